@@ -156,10 +156,12 @@ def test_who_is_searched_for_again_with_a_change_begins_with_what_was_found_of_h
     found, monkeypatch
 ):
     """As where few starts say that somebody fits, and all starts that he does not."""
-    judge, spoiled = positions._judge_whole, []
+    judge, spoiled, again = positions._judge_whole, [], []
 
     def judge_otherwise(search):
         judge(search)
+        if search.begun and search.again:
+            again.append(len(search.before.fits) == len(search.who))
         if search.begun and not search.again and search.moved.any():
             last = int(np.flatnonzero(search.moved)[-1])
             spoiled.append((last, len(search.who)))
@@ -169,6 +171,7 @@ def test_who_is_searched_for_again_with_a_change_begins_with_what_was_found_of_h
     _, study, _ = found
     fit_with_a_change(study, CHANGES["seat"])
     assert any(last > 0 for last, _ in spoiled)  # one of several, and not the first
+    assert again and all(again)
 
 
 def fit_with_a_change(study, change):
