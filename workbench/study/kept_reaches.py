@@ -185,7 +185,7 @@ def kept_words(kept: Iterable[KeptReach]) -> Iterator[str]:
         by = " to ".join(dict.fromkeys(ends))
         words = f"{one.who} {name}: {one.part} is in the way by {by} mm"
         if one.part in one.control.own_parts:
-            words += f", and is a piece of {name} itself: does its point lie too deep in it?"
+            words += f", and is a piece of {name} itself: its point may lie too deep in it"
         if one.beside:
             own = ", ".join((*one.control.own_parts, one.part))
             words += (
