@@ -259,7 +259,7 @@ def test_each_kind_of_reason_has_its_words(reason, said):
         (
             FLAPS,
             Reason("part", "instrument_panel"),
-            "the reach stays 12 mm short of flaps in zone 2: instrument panel is in the way",
+            "the reach stays 12 mm short of flaps in zone 2; instrument panel is in the way",
         ),
         (
             FLAPS,

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
 from workbench.model.figures import plain
-from workbench.model.reason import NO_REASON, Reason
+from workbench.model.reason import NO_REASON, Reason, short_words
 from workbench.model.result import Shortfall
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
@@ -166,16 +166,11 @@ def _limb_off(
     if short <= (REPORTED if limb.endswith("foot") else 0.0):
         return None
     if overlap > 0.0 and short <= REPORTED:
-        words = f"the {limb} gets to {control} only {_mm(overlap)} inside "
-        return _shortfall(situation, limb, words + (limit[0].text or "an obstacle"), size=overlap)
-    depth = f", {1000 * overlap:.0f} mm inside an obstacle" if overlap > 0.0 else ""
-    return _shortfall(
-        situation,
-        limb,
-        f"the {limb} stays {_mm(short)} from {control}{depth}",
-        size=short,
-        why=f"limited by {limit[0].text}" if limit[0] else "",
-    )
+        words = short_words(limb, control, 0.0, overlap, limit[0])
+        return _shortfall(situation, limb, words, size=overlap)
+    words = short_words(limb, control, short, 0.0, NO_REASON)
+    deep = f", which it is {_mm(overlap)} too deep in even there" if overlap > 0.0 else ""
+    return _shortfall(situation, limb, words, size=short, why=limit[0].why + deep)
 
 
 def _legs_inside(situation: Situation, seated: Seated) -> list[Shortfall]:

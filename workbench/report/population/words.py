@@ -534,8 +534,10 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         kept = f": {reason_words(lack.reason)} is in the way" if lack.reason else ""
         return f"{whose} eyes look down {lack.by} less than “{plain(requirement.name)}” asks{kept}"
     if foot := lack.reason.foot:
-        limited = reason_words(replace(lack.reason, foot=""), foot)
-        return f"{whose} {foot} stays {lack.by} short of its pedal, limited by {limited}"
+        limit = replace(lack.reason, foot="")
+        why = f", limited by {reason_words(limit, foot)}"
+        why = plain(limit.clause) if lack.reason.part else why
+        return f"{whose} {foot} stays {lack.by} short of its pedal{why}"
     return f"{name} is missed by {lack.by}{lack.why}"
 
 
@@ -558,7 +560,7 @@ def _reach_lacks(lack: _Lack) -> str:
     if requirement.zone:
         target += f" in zone {requirement.zone}"
     if lack.reason.part:
-        return f"{who} stays {lack.by} short of {target}: {reason_words(lack.reason)} is in the way"
+        return f"{who} stays {lack.by} short of {target}; {reason_words(lack.reason)} is in the way"
     by = ""
     if lack.reason:
         by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"

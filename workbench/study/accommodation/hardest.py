@@ -21,7 +21,7 @@ from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.parts import nearest_pair
 from workbench.study.checks.reach import limbs_asked
-from workbench.study.checks.seat_travel import worse_foot
+from workbench.study.checks.seat_travel import foot_seated, worse_foot
 from workbench.study.checks.table import findings_of
 from workbench.study.checks.view import eyes_of
 from workbench.study.positions import comfortable_situations, in_positions
@@ -154,7 +154,7 @@ def _look(resting: Situation, one: Asked) -> _Look:
         at = None if found is None else found.point
         return _Look(situation.poses, "eyes", at, xyz(eyes_of(situation)[0]), found)
     if check in ("pedals", "preferred_seat"):
-        return _foot(situation)
+        return _foot(situation, worse_foot(situation))
     return _Look(situation.poses)
 
 
@@ -178,17 +178,13 @@ def _eyes(situation: Situation) -> _Look:
     return _Look(situation.poses, "eyes", point, xyz(situation.seated.eye[0]))
 
 
-def _foot(situation: Situation) -> _Look:
-    """The worse foot and its pedal."""
-    seated = situation.seated
-    aims = situation.work.aims
-    placed = situation.placed
-    if seated is None or aims is None or not seated.miss:
+def _foot(situation: Situation, foot: str) -> _Look:
+    """A foot and its pedal; "" for none."""
+    if not foot:
         return _Look(situation.poses)
-    foot = worse_foot(seated)
     controls = {control.name: control for control in situation.environment.controls}
-    tip = _tip(placed, limb(situation.body, foot, grip="ball"))
-    return _Look(situation.poses, foot, controls[aims.controls[foot]].at, xyz(tip))
+    tip = _tip(situation.placed, limb(situation.body, foot, grip="ball"))
+    return _Look(situation.poses, foot, controls[situation.work.held[foot]].at, xyz(tip))
 
 
 def _reaching(situation: Situation, one: Asked) -> _Look:
@@ -202,7 +198,10 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
     grip, zone = ("ball", 1) if foot else (one.control.grip, one.requirement.zone)
     tries = []
     names = limbs_asked(place, situation.work, one.control, one.criterion.hand)
-    for name in limbs_there(situation.body, names):
+    names = limbs_there(situation.body, names)
+    if foot_seated(situation, one.control, names):
+        return _foot(with_hands(situation), names[0])
+    for name in names:
         found = reach(
             situation.body,
             situation.taken.poses,

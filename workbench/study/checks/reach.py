@@ -4,7 +4,8 @@ The margin of a control that is reached is how much farther out from the shoulde
 be. The margin of one that is missed is what the limb stays short, and how deep obstacles are still
 entered there. Where the case puts one limb on the control, that limb must reach it (`limbs_asked`).
 Else the limb on the side of the control is asked first, the right one of a control in the middle, and
-the other where that one misses.
+the other where that one misses. A foot that the case puts on a pedal has come there when its owner sat
+down: that answers, here as for the criterion of pedals.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.seating import leftward, middle
 from workbench.study.checks.bending import bent_reaches
 from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.seat_travel import ON_PEDAL, foot_on_pedal, foot_seated
 from workbench.study.situation import Remembered, Situation, without_seat
 
 __all__ = [
@@ -74,12 +76,16 @@ class _Group:
         The limbs that may do it, in the order in which they are asked.
     spare
         [m] how far beyond a control it is asked whether the limb gets there too.
+    seated
+        Whether it is the foot that the case puts there: where its leg came to then, beside what
+        stands around, answers for pedals and for reach alike.
     """
 
     grip: str
     zone: int
     limbs: tuple[str, ...]
     spare: float
+    seated: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,8 +179,10 @@ def _grouped(situation: Situation, asked: Sequence[Asked], spare: float) -> dict
 def _group(
     situation: Situation, control: Control, zone: int, criterion: Criterion, spare: float
 ) -> _Group:
-    names = limbs_asked(situation.place, situation.work, control, criterion.hand)
-    return _Group(control.grip, zone, limbs_there(situation.body, names), spare)
+    names = limbs_there(
+        situation.body, limbs_asked(situation.place, situation.work, control, criterion.hand)
+    )
+    return _Group(control.grip, zone, names, spare, foot_seated(situation, control, names))
 
 
 def limbs_asked(
@@ -216,6 +224,8 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     one is searched for whole: where the other reaches, nobody has to know whether the first would
     after a long search.
     """
+    if group.seated:
+        return _by_seated_foot(situation, group, controls)
     best = _nothing_reached(len(situation), len(controls))
     thorough = situation.remembered is None
     unsure = {}
@@ -238,6 +248,28 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
         for name in () if searching else group.limbs:
             _bend(situation, group, controls, name, best)
     return best
+
+
+def _by_seated_foot(situation: Situation, group: _Group, controls: Sequence[Control]) -> _Reached:
+    """How people reach a pedal with the foot that their case puts there; how much farther it would
+    go is asked of the leg alone."""
+    (name,) = group.limbs
+    foot = foot_on_pedal(situation, name)
+    free = _reached_with(situation, group, controls, name, alone=True)
+    on = foot.short <= ON_PEDAL
+    limit = [NO_REASON if on[b] else one for b, one in enumerate(foot.limit)]
+
+    asked = np.ones(len(controls))
+    by_person = np.empty((len(limit), 1), dtype=object)
+    by_person[:, 0] = limit
+    return replace(
+        free,
+        margin=np.where(on[:, None], np.maximum(free.margin, 0.0), -np.outer(foot.short, asked)),
+        reached=np.outer(on, asked) > 0.0,
+        miss=np.outer(foot.miss, asked),
+        overlap=np.outer(foot.overlap, asked),
+        limit=np.repeat(by_person, len(controls), axis=1),
+    )
 
 
 def _bends(place: Workplace, grip: str, zone: int) -> bool:
@@ -362,20 +394,21 @@ def _reached_with(
     *,
     few_starts: bool = False,
     thorough: bool = False,
+    alone: bool = False,
 ) -> _Reached:
     """How people reach controls with one limb; few_starts: as of `Recall`; thorough: as of
-    `reach`."""
+    `reach`; alone: whatever stands around."""
     body = situation.body
-    recall = _recall(situation, controls)
+    recall = None if alone else _recall(situation, controls)
     targets = np.array([control.at for control in controls])
     found = reach(
         body,
         situation.taken.poses,
         targets,
         limb=_limb(body, group, name),
-        environment=_obstacles(situation, group),
+        environment=None if alone else _obstacles(situation, group),
         moving_parts=situation.place.moving_parts,
-        displacement=situation.displacement,
+        displacement=None if alone else situation.displacement,
         max_extension=group.spare,
         recall=replace(recall, few_starts=few_starts) if recall is not None else None,
         thorough=thorough,
@@ -450,8 +483,8 @@ def margins_again(
     found = np.full((len(situation), len(asked)), np.nan)
     for group, rows in _grouped(situation, asked, 0.0).items():
         controls = tuple(control for r in rows if (control := asked[r].control) is not None)
-        if _bends(situation.place, group.grip, group.zone):
-            if search:
+        if group.seated or _bends(situation.place, group.grip, group.zone):
+            if search or group.seated:
                 found[:, rows] = np.minimum(_reached_by(situation, group, controls).margin, 0.0)
             continue
         some = None if before is None else before[:, rows]
