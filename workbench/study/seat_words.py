@@ -21,7 +21,7 @@ from workbench.study.checks.table import same_everywhere
 from workbench.study.hands import kept_off_by_others
 from workbench.study.positions import Fitted, Tried
 from workbench.study.settings import adjustments_of, setting_text
-from workbench.study.situation import Situation, freely_seated, position_of
+from workbench.study.situation import Situation, freely_seated, on_fixed_pedals, position_of
 
 __all__ = ["move_words", "setting_words", "shortfalls"]
 
@@ -248,8 +248,7 @@ def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> l
     there = f"; in the most comfortable position {before}" if before else ""
     legs = ""
     at_end = float(situation.spare[0].min()) < AT_END  # what pedals are for the legs is said then
-    has_pedals = situation.seated is not None and bool(situation.seated.miss)
-    if has_pedals and abs(ahead) >= PEDALS_OFF and not at_end:
+    if on_fixed_pedals(situation) and abs(ahead) >= PEDALS_OFF and not at_end:
         legs = f"; the pedals are then {_pedals_off(-ahead)} for the legs"
     return [f"{lead}: the seat is set {where}, where {why}{there}{legs}"]
 

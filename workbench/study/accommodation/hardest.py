@@ -182,9 +182,10 @@ def _foot(situation: Situation, foot: str) -> _Look:
     """A foot and its pedal; "" for none."""
     if not foot:
         return _Look(situation.poses)
-    controls = {control.name: control for control in situation.environment.controls}
+    name = situation.work.held[foot]
+    (control,) = (one for one in situation.environment.controls if one.name == name)
     tip = _tip(situation.placed, limb(situation.body, foot, grip="ball"))
-    return _Look(situation.poses, foot, controls[situation.work.held[foot]].at, xyz(tip))
+    return _Look(situation.poses, foot, xyz(situation.where([control])[0, 0]), xyz(tip))
 
 
 def _reaching(situation: Situation, one: Asked) -> _Look:
@@ -205,7 +206,7 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
         found = reach(
             situation.body,
             situation.taken.poses,
-            [one.control.at],
+            situation.where([one.control]),
             limb=limb(situation.body, name, grip=grip, zone=zone),
             environment=room,
             moving_parts=place.moving_parts,
@@ -215,7 +216,7 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
     _, name, best = min(tries, key=lambda entry: entry[:2])
     body = place_body(situation.body, best.poses)
     tip = _tip(body, limb(situation.body, name, grip=grip, zone=zone))
-    return _Look(best.poses, name, one.control.at, xyz(tip))
+    return _Look(best.poses, name, xyz(best.target[0, 0]), xyz(tip))
 
 
 def _tip(placed: Placed, chain: Limb) -> Floats:

@@ -291,7 +291,7 @@ def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
         for r in rows if not _bends(situation.place, group.grip, group.zone) else ():
             control = asked[r].control
             assert control is not None
-            at = np.broadcast_to(control.at, (len(situation), 3))
+            at = situation.where([control])[:, 0]
             miss = np.min([one.misses(np.arange(len(at)), at) for one in bounds], axis=0)
             found[miss > 0.0, r] = -miss[miss > 0.0]
     return found
@@ -313,7 +313,8 @@ def _bend(
         return
     some = [controls[k] for k in at.tolist()]
     bent = bent_reaches(situation, name, group.grip, some, who=who, spare=group.spare)
-    way = _root(situation.body, situation.taken.poses, name)[who] - [one.at for one in some]
+    way = _root(situation.body, situation.taken.poses, name)[who]
+    way -= situation.where(some)[who, np.arange(len(some))]
     short = np.maximum(bent.miss + bent.overlap, LEAST_MISS)
     found = _Reached(
         margin=np.where(bent.reached, bent.spare, -short)[:, None],
@@ -400,7 +401,7 @@ def _reached_with(
     `reach`; alone: whatever stands around."""
     body = situation.body
     recall = None if alone else _recall(situation, controls)
-    targets = np.array([control.at for control in controls])
+    targets = situation.where(controls)
     found = reach(
         body,
         situation.taken.poses,
@@ -557,7 +558,7 @@ class _Again:
         return still_reached(
             situation.body,
             situation.taken.poses,
-            np.array([control.at for control in self.controls]),
+            situation.where(self.controls),
             limb=_limb(situation.body, self.group, name),
             kept=kept,
             environment=_obstacles(situation, self.group),
@@ -569,14 +570,14 @@ class _Again:
         """Reaches of some people (P,) for a control (P,) each, in any posture."""
         situation = self.situation
         poses = situation.taken.poses
-        targets = np.array([control.at for control in self.controls])
+        targets = situation.where(self.controls)
         each = Poses(
             poses.rotations[who], poses.reference, poses.world_from_reference[who], person=who
         )
         return reach(
             situation.body,
             each,
-            targets[at][:, None],
+            targets[who, at][:, None],
             limb=_limb(situation.body, self.group, name),
             environment=environment,
             moving_parts=situation.place.moving_parts,
@@ -620,8 +621,10 @@ def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:
 
 def _no_room(situation: Situation, group: _Group, control: Control, arm: Limb, who: Ints) -> Bools:
     """(P,) whether the hand of some people (P,) is proved to have no room at a control."""
-    if not len(who):
-        return np.zeros(0, dtype=np.bool_)
+    if (
+        not len(who) or control.part in situation.place.moving_parts
+    ):  # it is elsewhere with the seat
+        return np.zeros(len(who), dtype=np.bool_)
     return hands_without_room(
         situation.body[who],
         arm.rows(who),
