@@ -16,6 +16,8 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Control, OwnPiece
 from workbench.model.reason import TOO_SHORT, Reason
 from workbench.model.result import ControlReach
+from workbench.model.units import UNITS
+from workbench.report.population.words import spare_words
 from workbench.study.kept_reaches import kept_by_parts, kept_of_people, kept_words
 
 REASONS = (Reason("part", "stalk"), Reason("part", "wall"), TOO_SHORT)
@@ -137,6 +139,22 @@ def test_a_share_of_nobody_for_a_part_in_the_way_does_not_open_the_page(tmp_path
     assert lead.startswith("N" + first[1:])
     assert "With the environment as described, nobody fits" in lead
     assert "people fit</span>" not in page.split("</h1>")[0]
+
+
+def test_a_page_on_which_everybody_fits_shows_whoever_is_nearest_to_overlapping(tmp_path):
+    study = toy(tmp_path, 4, "{name: oneself, check: self_contact, segments: [RHN]}")
+    assert main(["run", str(study), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    result = wb.run(wb.load_study(study)).population
+    (tight,) = result.shown
+    assert result.served.all()
+    assert result.margin[tight.row, 0] == result.margin.min()
+    body, placed = tight.placed.body, tight.placed
+    away = np.linalg.norm(placed.centres[0] - tight.target, axis=1)
+    assert np.abs(away - body.radius[placed.person[0]]).min() < 1e-6  # on somebody's surface
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<h2>The tightest case</h2>" in page
+    left = spare_words(float(result.margin.min()), UNITS["m"])
+    assert f"“oneself” is met with {left}" in page
 
 
 def test_a_list_of_parts_answers_the_question(tmp_path):

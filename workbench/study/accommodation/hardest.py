@@ -1,5 +1,5 @@
-"""The people farthest from being served, posed at what they miss most, and those nearest to missing
-what they see, to be looked at."""
+"""The people farthest from being served, posed at what they miss most, whoever comes nearest to that
+where all are served, and those nearest to missing what they see, to be looked at."""
 
 from __future__ import annotations
 
@@ -38,18 +38,31 @@ __all__ = ["Found", "beheld_people", "found_situations", "hardest_rows", "shown_
 Found = tuple[Ints, list[Situation]]
 """Rows of people, and these people in each case."""
 MOST = 5
+_EVER_SO = ("pedals", "self_contact", "stops")
+"""What is tight in everybody, whatever stands around."""
 
 
-def hardest_rows(margin: Floats, weight: Floats) -> dict[int, int]:
+def hardest_rows(margin: Floats, weight: Floats, *, checks: Sequence[str] = ()) -> dict[int, int]:
     """The rows of at most five people with the most negative margin (P, R), each with the requirement
     to look at: first who misses most of what most people, by weight (P,), miss; then worst first, one a
     worst requirement as far as there are: the same trouble five times says less. Those that remain
-    fill up."""
+    fill up.
+
+    Where nobody misses anything it is whoever comes nearest to it, at what is tightest. checks: of the
+    requirements, so that this is no foot that is on its pedal, nor, where anything else was asked, a
+    fold of the own body."""
     chief = most_missed(margin, weight)
     known = np.nan_to_num(margin, nan=np.inf)
     worst = known.min(axis=1)
     at = known.argmin(axis=1)
     order = [int(row) for row in np.argsort(worst, kind="stable") if worst[row] < -MET]
+    if not order and np.isfinite(known).any():
+        kind = np.array(checks or [""] * margin.shape[1])
+        for some in (_EVER_SO, ("pedals",), ()):
+            left = np.where(np.isin(kind, some), np.inf, known)
+            if np.isfinite(left).any():
+                row, at_most = np.unravel_index(np.argmin(left), left.shape)
+                return {int(row): int(at_most)}
     lead = min(order, key=lambda row: (at[row] != chief, known[row, chief]), default=-1)
     first = {int(at[row]): row for row in reversed(order) if row != lead and at[row] != chief}
     chosen = [lead] * bool(order) + sorted(first.values(), key=order.index)[: MOST - 1]
@@ -147,6 +160,8 @@ def _look(resting: Situation, one: Asked) -> _Look:
     situation = with_hands(resting)
     if check in ("clearance", "contact"):
         return _nearest(situation, one)
+    if check == "self_contact":
+        return _in_oneself(situation, one)
     if check in ("eye_height", "view_over"):
         return _eyes(situation)
     if one.requirement.of_sight:
@@ -168,6 +183,18 @@ def _nearest(situation: Situation, one: Asked) -> _Look:
         return _Look(situation.poses)
     segment = body.segment_names[int(body.sphere_segment[sphere])]
     return _Look(situation.poses, segment, xyz(found.point[0, 0]), xyz(placed.centres[0, sphere]))
+
+
+def _in_oneself(situation: Situation, one: Asked) -> _Look:
+    """The two segments of a body that are deepest in one another, or nearest to that: where the surface
+    of the one is that the other meets."""
+    worst = min(
+        findings_of([situation], one.criterion), key=lambda found: found.margin, default=None
+    )
+    if worst is None or worst.point is None:
+        return _Look(situation.poses)
+    segment = situation.body.sphere_segment[worst.sphere]
+    return _Look(situation.poses, situation.body.segment_names[int(segment)], worst.point)
 
 
 def _eyes(situation: Situation) -> _Look:
