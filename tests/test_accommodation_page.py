@@ -156,7 +156,7 @@ def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
     assert "the men here" not in said  # five men are too few to be compared with
     assert "women here have more" in person_sentence(trainer_accommodation(200, shown=False), 102)
     assert "right knee is 12 mm too close to instrument panel" in person_sentence(ten, 5)
-    assert person_sentence(ten, 9).endswith("every requirement is met.")
+    assert person_sentence(ten, 9).endswith("is met, “reach flaps” with 50 mm to spare.")
 
 
 def test_the_five_hardest_stand_worst_first_and_each_has_a_picture(ten):
@@ -259,7 +259,7 @@ def test_each_kind_of_reason_has_its_words(reason, said):
         (
             FLAPS,
             Reason("part", "instrument_panel"),
-            "the reach stays 12 mm short of flaps in zone 2: instrument panel is in the way",
+            "the reach stays 12 mm short of flaps in zone 2; instrument panel is in the way",
         ),
         (
             FLAPS,

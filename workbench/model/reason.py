@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["NO_REASON", "TOO_SHORT", "Kind", "Reason", "hider"]
+from workbench.model.figures import tenths
+
+__all__ = ["NO_REASON", "TOO_SHORT", "Kind", "Reason", "hider", "short_words"]
 
 Kind = Literal[
     "",  # nothing limits
@@ -19,6 +21,7 @@ Kind = Literal[
     "segment",  # a segment of the body
     "near",  # a segment that is too near to a part or to another segment
     "part",  # a part is in the way
+    "leg",  # a foot is where it should be, and its leg too deep in a part
     "own",  # the own body is
     "other",  # somebody else's is
     "beyond",  # eyes and head do not turn so far
@@ -58,7 +61,7 @@ class Reason:
     @property
     def part(self) -> str:
         """The part that is in the way, "" of every other kind."""
-        return self.thing if self.kind == "part" else ""
+        return self.thing if self.kind in ("part", "leg") else ""
 
     @property
     def text(self) -> str:
@@ -71,16 +74,45 @@ class Reason:
         return f"{self.foot}, {text}" if self.foot else text
 
     @property
+    def why(self) -> str:
+        """As a clause of its own: "canopy is in the way", "limited by right elbow (flexion)",
+        "left_stick hides 30 %"; "" where nothing limits."""
+        if not self or self.share or self.kind in ("cuts", "mirrored"):
+            return self.text
+        if self.kind in ("part", "own", "other") and not self.foot:
+            return f"{'the ' if self.kind == 'own' else ''}{self.text} is in the way"
+        if self.kind == "leg" and not self.foot:
+            return f"on it the leg is that much too deep in {self.text}"
+        return f"{'it is' if self.kind == 'beyond' else 'limited by'} {self.text}"
+
+    @property
     def clause(self) -> str:
-        """At the end of a sentence: ", limited by right elbow (flexion)", "; left_stick hides 30 %", ""
-        where nothing limits."""
-        if not self:
-            return ""
-        if self.share or self.kind in ("cuts", "mirrored"):
-            return f"; {self.text}"
-        return f"; it is {self.text}" if self.kind == "beyond" else f", limited by {self.text}"
+        """The same at the end of a sentence: ", limited by right elbow (flexion)", "; canopy is in the
+        way"."""
+        why = self.why
+        return f"{',' if why.startswith('limited by ') else ';'} {why}" if why else ""
 
 
+def short_words(limb: str, control: str, miss: float, overlap: float, limit: Reason) -> str:
+    """How far a limb stays from a control that it does not reach, and what keeps or limits it: "the
+    right hand stays 8.7 mm short of flaps; canopy is in the way".
+
+    miss, overlap: [m] how far it stays away, and how much deeper than allowed it is in something even
+    there.
+    """
+    if limit.kind == "words":  # the thighs are too deep in the cushion
+        miss, overlap = miss + overlap, 0.0
+    if overlap > 0.0 and miss < SEEN:
+        within = limit.text or "an obstacle"
+        return f"the {limb} gets to {control} only {tenths(1e3 * overlap)} mm too deep in {within}"
+    deep = (
+        f", which it is {tenths(1e3 * overlap)} mm too deep in even there" if overlap > 0.0 else ""
+    )
+    return f"the {limb} stays {tenths(1e3 * miss)} mm short of {control}{limit.clause}{deep}"
+
+
+SEEN = 5e-5
+"""[m] What is smaller reads as 0.0 mm."""
 NO_REASON = Reason()
 TOO_SHORT = Reason("limb", "length of the limb")
 

@@ -179,7 +179,8 @@ def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]
     found += criteria_sections(rows, making, overlaps)
     if making.views.lead:
         where = ", ".join(word for word in making.views.wanted or () if word)
-        title = f"In the round: {where or 'the hardest case'}"
+        fits = result.population is not None and bool(result.population.served.all())
+        title = f"In the round: {where or ('the tightest case' if fits else 'the hardest case')}"
         found.append(Section("view", "view", title, making.views.lead))
     if making.files:
         found.append(data_section([(name, _holds(name)) for name in making.files]))

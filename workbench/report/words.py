@@ -128,7 +128,7 @@ def _seated_words(finding: Finding) -> str:
 def _reach_words(finding: Finding) -> str:
     if finding.value >= 0:
         return f"{finding.subject} reaches {finding.target}, {reach_spare(finding.value)} to spare"
-    return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}"
+    return f"{finding.subject} stays {millimetres(-finding.value)} short of {finding.target}"
 
 
 def reach_spare(spare: float) -> str:
@@ -159,7 +159,7 @@ def _injury_words(finding: Finding) -> str:
 def _pedal_words(finding: Finding) -> str:
     if finding.value >= finding.limit:
         return f"{finding.subject} is on {finding.target}"
-    return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}"
+    return f"{finding.subject} stays {millimetres(-finding.value)} short of {finding.target}"
 
 
 def _seat_words(finding: Finding) -> str:

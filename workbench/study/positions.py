@@ -797,6 +797,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     legs = np.array([needs_legs(search.wanted[one.case], one) for one in search.asked])
     dear = (held | (cost == REACHING)) & ~looks
     cheap = (cost == IN_POSTURE) & ~dear & ~looks
+    pedals = np.array([one.requirement.check == "pedals" for one in search.asked])
     movable = _movable(search.place, search.asked)
 
     def stage(columns: Bools, *, at_most: bool = False, legs: bool = True) -> _Stage:
@@ -804,6 +805,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
 
     return [
         stage(cost == AFTER_SEATING, legs=False),
+        stage(pedals, at_most=True, legs=False),
         stage(cheap & ~legs, legs=False),
         stage(dear & seen, at_most=True, legs=False),
         stage(looks & missed, at_most=True, legs=False),

@@ -4,7 +4,6 @@ of a leg that enters the own body deeper than the one before, and than the body 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -117,7 +116,7 @@ def clear_fingers(
     body: Body,
     poses: Poses,
     hand: Limb,
-    at: Sequence[float],
+    at: Floats,
     room: Room,
     *,
     other_arm: bool = False,
@@ -132,7 +131,7 @@ def clear_fingers(
     poses
         Of rows of the body.
     at
-        (3,) where the hands are [m].
+        (P, 3) where the hand of each is [m].
     room
         The obstacles; in those that are `held` the hand may be.
     other_arm
@@ -141,7 +140,7 @@ def clear_fingers(
     arm = arm_alone(body, hand)
     room = replace(room, own=own_body(body, poses, arm, other_arm=other_arm))
     task, angles = as_posed(body, poses, with_fingers(body, arm))
-    task = replace(task, goal=goals_of(np.repeat(np.array([at]), len(poses), axis=0)))
+    task = replace(task, goal=goals_of(at))
     deep = np.flatnonzero(deep_in(task, angles, room).overlap > 0.0)
     some = rows_of(task, deep)
     found, doubt = cleared(some, _known(some, angles[deep]), room, effort=FEW_STARTS)

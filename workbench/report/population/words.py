@@ -46,6 +46,7 @@ __all__ = [
     "gain_sentence",
     "interval_words",
     "lack_words",
+    "left_words",
     "limiting_words",
     "no_gain_words",
     "person_sentence",
@@ -459,7 +460,9 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     text = f"{_capital(who_words(result, row))}: "
     short = np.flatnonzero(~result.met[row])
     if not len(short):
-        return text + "every requirement is met."
+        tight = result.looked_at(row)
+        name = plain(result.requirements[tight].name)
+        return f"{text}every requirement is met, “{name}” with {left_words(result, row, tight)}."
     worst = result.looked_at(row)
     text += _lacks(result, row, worst, whose) + "."
     if worst == short[np.argmin(result.margin[row, short])]:
@@ -517,6 +520,9 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         return _reach_lacks(lack)
     if requirement.check in ("clearance", "contact"):
         return _clearance_lacks(lack)
+    if requirement.check == "self_contact" and lack.reason.at:
+        one, other = (plain(name) for name in (lack.reason.thing, lack.reason.at))
+        return f"{whose} {one} is {lack.by} too deep in {whose} {other}"
     if lack.reason in (TOO_LOW, TOO_HIGH):
         return f"{whose} eyes are {lack.by} {lack.reason.text.removeprefix('eyes ')} for {name}"
     if requirement.check == "sees":
@@ -534,8 +540,10 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         kept = f": {reason_words(lack.reason)} is in the way" if lack.reason else ""
         return f"{whose} eyes look down {lack.by} less than “{plain(requirement.name)}” asks{kept}"
     if foot := lack.reason.foot:
-        limited = reason_words(replace(lack.reason, foot=""), foot)
-        return f"{whose} {foot} stays {lack.by} short of its pedal, limited by {limited}"
+        limit = replace(lack.reason, foot="")
+        why = f", limited by {reason_words(limit, foot)}"
+        why = plain(limit.clause) if lack.reason.part else why
+        return f"{whose} {foot} stays {lack.by} short of its pedal{why}"
     return f"{name} is missed by {lack.by}{lack.why}"
 
 
@@ -558,7 +566,8 @@ def _reach_lacks(lack: _Lack) -> str:
     if requirement.zone:
         target += f" in zone {requirement.zone}"
     if lack.reason.part:
-        return f"{who} stays {lack.by} short of {target}: {reason_words(lack.reason)} is in the way"
+        why = plain(lack.reason.clause)
+        return f"{who} stays {lack.by} short of {target}{why}"
     by = ""
     if lack.reason:
         by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"
@@ -592,6 +601,8 @@ def _clearance_lacks(lack: _Lack) -> str:
 def reason_words(reason: Reason, limb: str = "") -> str:
     """What limits, as it stands in a sentence: "the length of the arm", "the right elbow
     (flexion)"."""
+    if reason.kind == "leg" and reason.foot:
+        return f"the {reason.foot.removesuffix('foot')}leg in {plain(reason.thing)}"
     if reason.foot:
         return f"the {reason.foot}, {reason_words(replace(reason, foot=''), reason.foot)}"
     if reason.kind == "limb":
@@ -657,6 +668,13 @@ def spare_words(margin: float, unit: Unit, *, of: str = "") -> str:
     if not float(amount.replace(",", "")):
         return "nothing to spare"
     return f"{most}{amount}{unit.words}{of} to spare"
+
+
+def left_words(result: PopulationFound, row: int, index: int) -> str:
+    """What one person has to spare in a requirement that is met: "12 mm to spare"."""
+    one = result.requirements[index]
+    of = " of the limit" if one.check == "reads" else ""
+    return spare_words(float(result.margin[row, index]), one.unit, of=of)
 
 
 def _capital(text: str) -> str:

@@ -115,7 +115,8 @@ def accommodation(
     chunks = result_chunks(question, bodies, keep=keep, tell=asking, executor=executor)
     found = joined_chunks(chunks)
     met = met_of(found.margin)
-    hardest = hardest_rows(found.margin, people.weight)
+    checks = [one.requirement.check for one in asked]
+    hardest = hardest_rows(found.margin, people.weight, checks=checks)
     gains = tuple(
         gains_of(
             question, study.changes, bodies, found, keep=keep, passes=passes, executor=executor

@@ -134,7 +134,13 @@ CHECKS = {
         check: Check(IN_POSTURE, sight_rules.margins, sight_rules.findings, most=sight_rules.most)
         for check in OF_RULES
     },
-    "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
+    "pedals": Check(
+        IN_POSTURE,
+        seat_travel.pedal_margins,
+        seat_travel.pedal_findings,
+        spheres=seat_travel.spheres_asked,
+        most=seat_travel.most,
+    ),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
     "clearance": Check(
         IN_POSTURE,
