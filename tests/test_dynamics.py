@@ -16,7 +16,6 @@ from tests.crash_pit import SIMULATION, pit
 from workbench import InputError, Poses, place, stops
 from workbench.cli import main
 from workbench.contact.batches import touching
-from workbench.crash import contacts
 from workbench.crash.contacts import ContactMemory, contact_forces
 from workbench.crash.masses import composite_bodies, segment_inertia, segment_masses
 from workbench.crash.simulated import STOP_SOFTNESS, simulate
@@ -255,7 +254,8 @@ def test_forces_do_not_depend_on_the_order_in_which_contacts_were_found(monkeypa
 
     straight = forces()
     monkeypatch.setattr(
-        contacts, "touching", lambda *asked: tuple(rows[::-1] for rows in touching(*asked))
+        "workbench.crash.contacts.touching",
+        lambda *asked: tuple(rows[::-1] for rows in touching(*asked)),
     )
     assert len(straight) > 5
     assert forces() == straight
