@@ -778,7 +778,9 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     cost alike.
 
     First comes what seating alone answers, then what is asked of the posture with the hands at
-    rest: what the legs do not move before what they do. Then comes what that says of requirements with the hands on their controls. For the others hands
+    rest: what the legs do not move before what they do. Between these comes what feet reach for that
+    the person misses in his best position, where only a verdict is wanted. Then comes what the
+    posture says of requirements with the hands on their controls. For the others hands
     are brought to their controls, or limbs reach for some: of these, those come first that the
     person misses in his best position. Nine in ten positions that are no better are given up by
     these. The order does not depend on who else is asked.
@@ -791,6 +793,10 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     legs = np.array([needs_legs(search.wanted[one.case], one) for one in search.asked])
     dear = (held | (cost == REACHING)) & ~looks
     cheap = (cost == IN_POSTURE) & ~dear & ~looks
+    # a foot that reaches for something goes there wherever its leg was; where it is noted what people
+    # have to spare, that of the posture is wanted before
+    feet = np.array([one.control is not None and one.control.for_feet for one in search.asked])
+    feet &= not search.notes
     movable = _movable(search.place, search.asked)
 
     def stage(columns: Bools, *, at_most: bool = False, legs: bool = True) -> _Stage:
@@ -801,6 +807,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
         stage(cheap & ~legs, legs=False),
         stage(dear & seen, at_most=True, legs=False),
         stage(looks & missed, at_most=True, legs=False),
+        stage(feet & missed, legs=False),
         stage(cheap & legs),
         stage(held & ~seen, at_most=True),
         stage(dear & missed & ~held),
