@@ -784,7 +784,8 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     cost alike.
 
     First comes what seating alone answers, then what is asked of the posture with the hands at
-    rest: what the legs do not move before what they do. Then comes what that says of requirements with the hands on their controls. For the others hands
+    rest: what the legs do not move before what they do. Then comes what the
+    posture says of requirements with the hands on their controls. For the others hands
     are brought to their controls, or limbs reach for some: of these, those come first that the
     person misses in his best position. Nine in ten positions that are no better are given up by
     these. The order does not depend on who else is asked.
