@@ -406,7 +406,9 @@ def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
         held = next((row for row in rows.people if row.name == role.name), None)
         if held is not None:
             body = occupant(role, drawn_number(single.roles, role))[0].body
-            persons.append(Person(role.name, body, join_poses([_pose(body, held, p) for p in at])))
+            persons.append(
+                Person(role.name, body, join_poses([_posture(body, held.postures[p]) for p in at]))
+            )
             environment = _with_seat(environment, held)
     return people_source(single.title, environment, tuple(persons), chosen)
 
@@ -445,11 +447,6 @@ def _with_settings(environment: Environment, settings: Mapping[str, float]) -> E
         if one.column in settings
     }
     return adjusted(environment, setting)
-
-
-def _pose(body: Body, person: PersonRow, case: int) -> Poses:
-    """The pose that a person holds in a case."""
-    return _posture(body, person.postures[case])
 
 
 def _posture(body: Body, held: PostureRow) -> Poses:

@@ -215,7 +215,13 @@ def add_legend(
             y += _LINE * size
             _patch(colours, (left, y - 0.5 * size), size, colour)
             texts = (f"{both:.{places}f}", f"{100 * both / found.total:.1f}", f"{one:.{places}f}")
-            words.append(Words((left + 2.3 * size, y), _shortened(name), size))
+            words.append(
+                Words(
+                    (left + 2.3 * size, y),
+                    name if len(name) <= _LETTERS else name[: _LETTERS - 1] + "...",
+                    size,
+                )
+            )
             words += [
                 Words((x, y), text, size, "end")
                 for x, text in zip(ends, texts, strict=True)
@@ -245,7 +251,3 @@ def _patch(
     pale = np.array(colour) + _PALE * (np.array(PAPER) - np.array(colour))
     colours[y : y + height, x : x + width] = colour
     colours[y : y + height, x + 2 * width // 3 : x + width] = np.round(pale)
-
-
-def _shortened(name: str) -> str:
-    return name if len(name) <= _LETTERS else name[: _LETTERS - 1] + "..."

@@ -138,21 +138,16 @@ def _people(
     weight = np.ones(len(table.lines))
     for column in weighed:
         weight = raw[column]
-        faults += _weight_faults(table, column, weight)
+        faults += [
+            f"{table.path}:{table.lines[row]}: {column}: a weight is positive, got {weight[row]:g}"
+            for row in np.flatnonzero(weight <= 0)
+        ]
     if faults:
         more = len(faults) - MOST_TOLD
         last = [f"{table.path}: … and {more} more"] if more > 0 else []
         raise InputError(faults[:MOST_TOLD] + last)
     labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
     return Population(measures, np.array(sex), weight, values, table.path.name, labels)
-
-
-def _weight_faults(table: _Table, column: str, weight: Floats) -> list[str]:
-    """A line for each person (P,) whose weight is not positive."""
-    return [
-        f"{table.path}:{table.lines[row]}: {column}: a weight is positive, got {weight[row]:g}"
-        for row in np.flatnonzero(weight <= 0)
-    ]
 
 
 def _measured(

@@ -307,13 +307,17 @@ def load_growth(source: str | Path = "cdc_growth") -> Growth:
     if faults:
         raise InputError(faults)
     units = {name: 1.0 if name == MASS else metres_in[file.length] for name in names}
-    lms = [[_lms(tables[sex, name], units[name]) for name in names] for sex in SEXES]
+    lms = [
+        [
+            [
+                [power, median * units[name], spread]
+                for _, power, median, spread in tables[sex, name]
+            ]
+            for name in names
+        ]
+        for sex in SEXES
+    ]
     return Growth(file.growth, file.source, names, np.array(ages), np.array(lms))
-
-
-def _lms(rows: list[tuple[float, ...]], unit: float) -> list[list[float]]:
-    """Power, median [m, kg] and spread at each age of a table in a unit."""
-    return [[power, median * unit, spread] for _, power, median, spread in rows]
 
 
 def _faults(

@@ -46,46 +46,6 @@ def _mesh(opened: OpenPlace, before: Description, given: Given) -> Edit:
     return framed(opened, before, int(given["row"]), wanted)
 
 
-def _long(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return scaled(opened, before, int(given["row"]), given["size"])
-
-
-def _move(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return moved_file(opened, before, int(given["row"]), given["to"])
-
-
-def _meet(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return met_file(opened, before, _ray(given), _ray(given, "to_"))
-
-
-def _take(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return removed_file(opened, before, int(given["row"]))
-
-
-def _accept(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return accepted(before, given["about"])
-
-
-def _agree(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return agreed(before)
-
-
-def _floor(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return floored(opened, before, _ray(given))
-
-
-def _face(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return faced(opened, before, given["seat"], given["surface"], _ray(given))
-
-
-def _anew(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return faced(opened, before, given["seat"], given["surface"], None)
-
-
-def _carry(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return carried(opened, before, given["seat"], given["parts"])
-
-
 def _place(opened: OpenPlace, before: Description, given: Given) -> Edit:
     kind = given["kind"]
     more = {"grip": given["grip"], "zone": given["zone"]} if kind == "control" else {}
@@ -101,65 +61,43 @@ def _eye(opened: OpenPlace, before: Description, given: Given) -> Edit:
     return pointed(before, f"{name}_design_eye", eye, how)
 
 
-def _figure(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return typed(opened, before, given["kind"], given["name"], given["figure"], given["value"])
-
-
-def _rename(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return renamed(before, given["kind"], given["name"], given["to"])
-
-
-def _remove(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return removed(before, given["kind"], given["name"])
-
-
-def _own(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return owned(opened, before, given["control"], given["parts"])
-
-
-def _join(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return joined(opened, before, given["parts"], given["to"])
-
-
-def _leave(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return dropped(opened, before, given["parts"])
-
-
-def _back(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return put_back(opened, before, int(given["row"]), given["name"])
-
-
-def _split(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return split_part(opened, before, given["part"])
-
-
-def _rule(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return ruled(opened, before, given["part"], given["rule"], given["value"])
-
-
 DESCRIBE_EDITS: Mapping[str, DescribeEdit] = {
     "mesh": _mesh,
-    "long": _long,
-    "move": _move,
-    "meet": _meet,
-    "take": _take,
-    "accept": _accept,
-    "agree": _agree,
-    "floor": _floor,
-    "face": _face,
-    "anew": _anew,
-    "carry": _carry,
+    "long": lambda opened, before, given: scaled(opened, before, int(given["row"]), given["size"]),
+    "move": lambda opened, before, given: moved_file(
+        opened, before, int(given["row"]), given["to"]
+    ),
+    "meet": lambda opened, before, given: met_file(opened, before, _ray(given), _ray(given, "to_")),
+    "take": lambda opened, before, given: removed_file(opened, before, int(given["row"])),
+    "accept": lambda opened, before, given: accepted(before, given["about"]),
+    "agree": lambda opened, before, given: agreed(before),
+    "floor": lambda opened, before, given: floored(opened, before, _ray(given)),
+    "face": lambda opened, before, given: faced(
+        opened, before, given["seat"], given["surface"], _ray(given)
+    ),
+    "anew": lambda opened, before, given: faced(
+        opened, before, given["seat"], given["surface"], None
+    ),
+    "carry": lambda opened, before, given: carried(opened, before, given["seat"], given["parts"]),
     "place": _place,
     "eye": _eye,
-    "figure": _figure,
-    "rename": _rename,
-    "remove": _remove,
-    "own": _own,
-    "join": _join,
-    "leave": _leave,
-    "back": _back,
-    "split": _split,
-    "rule": _rule,
+    "figure": lambda opened, before, given: typed(
+        opened, before, given["kind"], given["name"], given["figure"], given["value"]
+    ),
+    "rename": lambda opened, before, given: renamed(
+        before, given["kind"], given["name"], given["to"]
+    ),
+    "remove": lambda opened, before, given: removed(before, given["kind"], given["name"]),
+    "own": lambda opened, before, given: owned(opened, before, given["control"], given["parts"]),
+    "join": lambda opened, before, given: joined(opened, before, given["parts"], given["to"]),
+    "leave": lambda opened, before, given: dropped(opened, before, given["parts"]),
+    "back": lambda opened, before, given: put_back(
+        opened, before, int(given["row"]), given["name"]
+    ),
+    "split": lambda opened, before, given: split_part(opened, before, given["part"]),
+    "rule": lambda opened, before, given: ruled(
+        opened, before, given["part"], given["rule"], given["value"]
+    ),
 }
 """The verbs that change a description: from an open environment, its description and what the verb
 takes, to the description after it."""

@@ -63,7 +63,14 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
         {
             "role": role.name,
             "seat": _seat(opened, row),
-            **_body(opened.start.body(row), _stands_by(opened, row)),
+            **_body(
+                opened.start.body(row),
+                {
+                    action.poses.reference
+                    for action in opened.start.people[row].actions
+                    if isinstance(action, GivenPosture | PredictedPosture)
+                },
+            ),
             **person_offers(opened, row),
         }
         for row, role in enumerate(study.roles)
@@ -94,16 +101,14 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "points": list(study.environment.points),
             "seats": sorted(riding),
             "roles": [
-                {"role": name, "segments": _with_surface(body)}
+                {
+                    "role": name,
+                    "segments": [body.segment_names[n] for n in np.unique(body.sphere_segment)],
+                }
                 for name, body in role_bodies(opened).items()
             ],
         }
     )
-
-
-def _with_surface(body: Body) -> list[str]:
-    """The names of the segments that have spheres: of others nothing can be near."""
-    return [body.segment_names[n] for n in np.unique(body.sphere_segment)]
 
 
 def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
@@ -117,15 +122,6 @@ def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
         "up": list(seat.travel_up),
         "ahead": _rounded(seat_shift(seat, 1.0, 0.0)),
         "parts": list(seat.moves),
-    }
-
-
-def _stands_by(opened: OpenStudy, row: int) -> set[int]:
-    """The segments by which a person is put into the world in the cases."""
-    return {
-        action.poses.reference
-        for action in opened.start.people[row].actions
-        if isinstance(action, GivenPosture | PredictedPosture)
     }
 
 

@@ -55,7 +55,11 @@ class Guard:
         if scope["type"] == "http":
             await self._http(scope, receive, send)
         elif scope["type"] == "websocket":
-            allowed = self._is_host(scope) and self._is_known(scope) and self._is_origin(scope)
+            allowed = (
+                self._is_host(scope)
+                and self._is_known(scope)
+                and _one_of(_values(scope, b"origin"), self.origins)
+            )
             if allowed:
                 await self.app(scope, receive, send)
             else:
@@ -93,9 +97,6 @@ class Guard:
 
     def _is_host(self, scope: Scope) -> bool:
         return _one_of(_values(scope, b"host"), self.hosts)
-
-    def _is_origin(self, scope: Scope) -> bool:
-        return _one_of(_values(scope, b"origin"), self.origins)
 
     def _is_known(self, scope: Scope) -> bool:
         """Whether a request carries the cookie, whatever other programs of this machine have set:

@@ -11,7 +11,7 @@ from workbench.model.person import Size
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.edits_people import percentile_of, reach_criteria, wearable
-from workbench.study.bench.edits_postures import Prediction, suggested
+from workbench.study.bench.edits_postures import suggested
 from workbench.study.bench.holding import troubles
 from workbench.study.bench.state import Arrangement, OpenStudy
 
@@ -54,7 +54,12 @@ def person_state(opened: OpenStudy, found: Answer, row: int) -> dict[str, Any]:
         "predicted": predicts,
         "hands": dict(action.hands) if isinstance(action, GivenPosture) else {},
         "drives": isinstance(action, PredictedPosture) and action.aims.driving is not None,
-        "prediction": _prediction(wanted),
+        "prediction": {
+            "like": wanted.like,
+            "holds": dict(wanted.controls),
+            "eyes": wanted.eyes,
+            "heels": wanted.heels,
+        },
         "trouble": list(trouble.words),
         "offer": trouble.offer,
         "zone": _zone(opened, arrangement, person.role),
@@ -71,15 +76,6 @@ def _size(size: Size) -> dict[str, Any]:
         shown = None if percentile is None else round(percentile, 2)
         measures[name] = [round(value, digits), shown]
     return {"sex": size.sex, "age": size.age, "measures": measures}
-
-
-def _prediction(wanted: Prediction) -> dict[str, Any]:
-    return {
-        "like": wanted.like,
-        "holds": dict(wanted.controls),
-        "eyes": wanted.eyes,
-        "heels": wanted.heels,
-    }
 
 
 def _zone(opened: OpenStudy, arrangement: Arrangement, person: str) -> int:
