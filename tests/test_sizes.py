@@ -51,7 +51,7 @@ def test_there_are_35_measures_or_more_and_each_says_what_it_measures():
 
 
 def test_the_measures_a_study_may_give_are_those_of_the_anthropometer():
-    from workbench.model.measures import ON_THE_BODY
+    from workbench.model.population import ON_THE_BODY
 
     assert list(MEASURES) == list(ON_THE_BODY)
 

@@ -10,7 +10,7 @@ from cyclopts import App, Parameter
 
 from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
-from workbench.model.figures import plain
+from workbench.model.units import plain
 
 if TYPE_CHECKING:
     from workbench.files.motions.number_rows import FrameRange

@@ -31,7 +31,6 @@ from workbench.files.results.result import FindingRow, ResultFile, load_result
 from workbench.files.study.reader import load_study
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.figures import tenths
 from workbench.model.person import Person
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses, pose
@@ -39,7 +38,7 @@ from workbench.model.quaternions import matrices
 from workbench.model.result import Result
 from workbench.model.study import Study
 from workbench.model.surroundings import adjusted
-from workbench.model.units import unit_in
+from workbench.model.units import tenths, unit_in
 from workbench.posture.seating.seating import seat_at
 from workbench.study.accommodation.accommodation import body_of_person
 from workbench.study.motion_cases import motion_cases

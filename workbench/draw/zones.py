@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from workbench.draw.chart import FINER, Words
 from workbench.draw.colours import PAPER, Colour
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.figures import plain
+from workbench.model.units import plain
 
 __all__ = ["CLEAR", "OWN", "Items", "LegendBox", "Zones", "add_legend", "spread", "zones"]
 

@@ -22,8 +22,7 @@ from workbench.errors import InputError, UsageError, one_of, printable
 from workbench.files.opening import BYTE_ORDER_MARK, read_whole
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats
-from workbench.model.measures import MASS, MEASURES, check_measures
-from workbench.model.population import SEXES, Population
+from workbench.model.population import MASS, MEASURES, SEXES, Population, check_measures
 
 __all__ = [
     "BODY_MASS_INDEX",

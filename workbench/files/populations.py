@@ -18,9 +18,8 @@ from workbench.files.catalogue import find, is_file
 from workbench.files.schema import FileModel, LengthUnit, fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
-from workbench.model.measures import MASS, MEASURES, WORDS
 from workbench.model.person import Growth
-from workbench.model.population import SEXES, Population, PopulationModel
+from workbench.model.population import MASS, MEASURES, SEXES, WORDS, Population, PopulationModel
 
 __all__ = ["GrowthFile", "PopulationFile", "load_growth", "load_population_model", "measured_file"]
 

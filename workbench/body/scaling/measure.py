@@ -23,7 +23,7 @@ from workbench.body.scaling.manikin import (
 )
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
-from workbench.model.measures import WORDS
+from workbench.model.population import WORDS
 
 __all__ = ["MEASURES", "lengths", "measure"]
 

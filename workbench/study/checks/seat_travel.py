@@ -14,8 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.model.accommodation import MET
-from workbench.model.criterion import Criterion
-from workbench.model.reason import NO_REASON, Reason
+from workbench.model.criterion import NO_REASON, Criterion, Reason
 from workbench.model.result import Finding
 from workbench.posture.seating.seat import Seated
 from workbench.study.checks.margins import Asked, Margins, no_margins
