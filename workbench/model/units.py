@@ -58,10 +58,6 @@ class Unit:
         """The number of this unit in a margin [m] that counts beside lengths."""
         return margin * self.scale / self.counts
 
-    def shown_all(self, margin: Floats) -> Floats:
-        """The same of many."""
-        return margin * (self.scale / self.counts)
-
     def counted(self, amount: Floats) -> Floats:
         """What amounts in SI units count beside lengths [m]."""
         return np.asarray(self.counts * amount, dtype=np.float64)
