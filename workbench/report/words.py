@@ -14,13 +14,12 @@ from workbench.model.body import Body
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.figures import plain, tenths
 from workbench.model.person import Size
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.model.stops import motion_words
 from workbench.model.surroundings import Move
-from workbench.model.units import UNITS
+from workbench.model.units import UNITS, plain, tenths
 from workbench.study.checks.sight import BEYOND, FACE
 from workbench.study.settings import setting_text
 

@@ -21,11 +21,11 @@ from workbench.model.body import Body
 from workbench.model.bystander import Bystander
 from workbench.model.contacts import Clearance
 from workbench.model.content import content_key
+from workbench.model.criterion import Reason
 from workbench.model.driving import DrivingAims, Package
 from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
-from workbench.model.reason import Reason
 from workbench.model.surroundings import moved_along
 from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT

@@ -16,11 +16,11 @@ from workbench.errors import InputError
 from workbench.model.accommodation import MET, GroupShare, certainty_of, met_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.figures import plain
+from workbench.model.criterion import NO_REASON, Reason
 from workbench.model.population import Population
-from workbench.model.population_found import GripFinding, PopulationFound, Shown
-from workbench.model.reason import NO_REASON, Reason
+from workbench.model.result import GripFinding, PopulationFound, Shown
 from workbench.model.study import Role, Study
+from workbench.model.units import plain
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import MOST_TRIES, gains_of

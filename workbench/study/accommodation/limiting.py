@@ -20,9 +20,8 @@ from workbench.files.populations import load_population_model
 from workbench.model.accommodation import OF_SIGHT
 from workbench.model.arrays import Ints
 from workbench.model.body import Body
-from workbench.model.measures import COCKPIT, MASS
-from workbench.model.population import SEXES, Population
-from workbench.model.reason import Reason
+from workbench.model.criterion import Reason
+from workbench.model.population import COCKPIT, MASS, SEXES, Population
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.seat_travel import SEAT_FORWARD
 from workbench.study.checks.view import TOO_HIGH
