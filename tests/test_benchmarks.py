@@ -8,12 +8,12 @@ import pytest
 
 import workbench as wb
 from benchmarks import batches
+from benchmarks.__main__ import PAGE
 from benchmarks.cases import Case, in_cockpit, in_real_vehicle, opened, seated_in
 from benchmarks.clearance import brute_force, by_segment, checked, segment_gap, winding
 from benchmarks.commands import run_command
 from benchmarks.peers import PEERS, asked_of_us
 from benchmarks.people import bodies_of, everybody, margins_in_seat, share_of_fits, some_of
-from benchmarks.__main__ import PAGE
 from benchmarks.table import GOALS, Row, Section, page, sections_of
 from tests import oracles
 from workbench.model.accommodation import met_of
