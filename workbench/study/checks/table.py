@@ -25,6 +25,7 @@ from workbench.posture.reaching.limbs import HANDS
 from workbench.study.checks import (
     between_people,
     excursion,
+    force,
     injury,
     joint_stops,
     parts,
@@ -179,6 +180,7 @@ CHECKS = {
         excursion.bounds,
     ),
     "score": Check(IN_POSTURE, score.margins, score.findings, score.moments),
+    "force": Check(IN_POSTURE, force.margins, force.findings),
     "reach": Check(REACHING, reach.margins, most=reach.most, never=reach.never_reached),
     "injury": Check(IN_POSTURE, moments=injury.moments),
 }
