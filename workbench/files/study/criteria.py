@@ -31,6 +31,8 @@ Pair = tuple[str, str]
 """A role and a case, by their names."""
 _STRENGTH = {"hand": "strain_arm_force_field", "foot": "strain_leg_strength"}
 """The rule sets of strength."""
+ADULT = 18.0
+"""[years] The least age of people whose strength was measured."""
 _HELD = 0.003
 """How long a level is held [s] where a rule does not state it: the 3 ms of the chest."""
 
@@ -82,6 +84,8 @@ def unfit(check: str, role: RoleFile, action: ActionFile) -> str:
         return "it cannot be asked of a motion"
     if check == "force" and role.population is None and role.sizes is None and role.size is None:
         return "strength goes by sex: give the role a 'size', 'sizes' or a 'population'"
+    if check == "force" and role.size is not None and (role.size.age or ADULT) < ADULT:
+        return "strength is known of adults"
     if check == "injury" and not moving:
         return "it is asked of motions"
     if check in ("view_over", "pillar", "forward_field") and role.seat is None:
