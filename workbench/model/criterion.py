@@ -46,7 +46,7 @@ class Criterion:
     """Something that must hold, in some cases, for some roles.
 
     check: contact, clearance, self_contact, between_people, stops, reach, pedals, preferred_seat,
-    eye_height, view_over, over_nose, sees, reads, excursion, injury, score or share; "seated" is one that no study asks. people,
+    eye_height, view_over, over_nose, sees, reads, excursion, injury, score, force or share; "seated" is one that no study asks. people,
     segments, parts, controls: the names that it is about. at_least: [m] of clearance,
     between_people and preferred_seat, [rad] of stops, 0 to 1 of share. zone: the harness zone in
     which controls are to be reached, each control's own where None. hand: that must reach ("left",
@@ -71,6 +71,9 @@ class Criterion:
 
     Of scores of postures: method "rula", "reba" or "owas" by `rule_set`; at_most: points; work: what
     a posture cannot say.
+
+    Of forces: at_least [N] along `direction`, exerted on `controls` by `capable` (0 to 1) of such
+    people; of a foot by people of `ages`, whose push may `lean` [rad] from it.
     """
 
     name: str
@@ -107,6 +110,9 @@ class Criterion:
     inside_wheel: tuple[str, ...] = ()
     method: str = ""
     work: Work = field(default_factory=Work)
+    capable: float = 0.0
+    ages: str = ""
+    lean: float = 0.0
     of: tuple[str, ...] = ()
     cases: tuple[str, ...] = ()
 

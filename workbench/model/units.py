@@ -80,13 +80,14 @@ UNITS = {
     "rad": Unit("deg", " degrees", "°", math.degrees(1.0), 0.2, 1),
     "arcmin": Unit("arcmin", " arc minutes", "′", 60 * math.degrees(1.0), 3.6, 1),
     "share": Unit("percent", " %", "\u00a0%", 100.0, 0.1),
+    "N": Unit("N", " N", "\u00a0N", 1.0, 0.001),
     "points": Unit("points", " points", " points", 1.0, 0.01, one=" point"),
     "g": Unit("g", " g", "\u00a0g"),
     "": Unit("", "", ""),
 }
 """By the unit of a finding, which is SI but for g: an angle is in radians whether degrees or arc
-minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent and an arc
-minute as about a millimetre, a point of a score as a centimetre."""
+minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent, an arc
+minute and a newton as about a millimetre, a point of a score as a centimetre."""
 _CHECKS = {
     "stops": "rad",
     "share": "share",
@@ -99,6 +100,7 @@ _CHECKS = {
     "mirror": "share",
     "reflection": "share",
     "score": "points",
+    "force": "N",
 }
 """The units of checks whose margin is no length."""
 _LIMITS = {"reads": "arcmin"}

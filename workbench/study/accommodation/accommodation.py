@@ -341,7 +341,9 @@ def rules_words(place: Workplace, asked: Sequence[Asked]) -> list[str]:
         rules = criterion.rule_set
         if rules is None:
             continue
-        if criterion.check == "score":
+        if criterion.check == "force":
+            told = rules.all_told
+        elif criterion.check == "score":
             told = rules.all_told + assumed_words(criterion, place)
         else:
             mirrors = [place.environment.mirror(name).field for name in criterion.mirrors]
