@@ -41,6 +41,7 @@ __all__ = [
     "certainty_percents",
     "certainty_words",
     "chief_reason",
+    "dropping_words",
     "elsewhere_words",
     "first_found",
     "gain_sentence",
@@ -401,11 +402,12 @@ def requirement_sentence(result: PopulationFound) -> str:
     count = len(result.served)
     name = plain(result.requirements[most].name)
     out = percent(1 - float(result.single[most]), count)
-    return f"The requirement missed most often is “{name}”: by {out} of the people. {_dropping(result, most)}"
+    return f"The requirement missed most often is “{name}”: by {out} of the people. {dropping_words(result)}"
 
 
-def _dropping(result: PopulationFound, most: int) -> str:
-    """What would be gained if one requirement were dropped. most: the one that leaves out most."""
+def dropping_words(result: PopulationFound) -> str:
+    """What would be gained if one requirement were dropped."""
+    most = most_missed(result.margin, result.people.weight)
     gain = int(np.argmax(result.without))
     if result.without[gain] <= result.shares[0].share + 1e-12:
         return (
