@@ -282,6 +282,12 @@ def test_each_kind_of_reason_has_its_words(reason, said):
         ),
         (
             FLAPS,
+            Reason("deep", "instrument_panel", at="arm"),
+            "the reach stays 12 mm short of flaps in zone 2; on it the arm is that much too deep in "
+            "instrument panel",
+        ),
+        (
+            FLAPS,
             Reason("stop", "right elbow (flexion)"),
             "the reach stays 12 mm short of flaps in zone 2, limited by the right elbow (flexion)",
         ),

@@ -52,7 +52,8 @@ def population_lines(result: PopulationFound) -> list[str]:
     ]
     if order and not any(_alone(result, r) for r in order):
         lines.append(dropping_words(result))
-    lines += [gain_sentence(gain, count) for gain in result.gains] or no_gain_words(result)
+    best_first = sorted(result.gains, key=lambda one: one.joint_before - one.joint_after)
+    lines += [gain_sentence(gain, count) for gain in best_first] or no_gain_words(result)
     nobody = not result.served.any()
     for row in result.shares[:1] if nobody else result.shares:  # of nobody in any group
         low, high = (percent_number(value, row.count) for value in (row.low, row.high))
@@ -69,7 +70,9 @@ def _alone(result: PopulationFound, r: int) -> str:
     if result.without[r] <= result.shares[0].share + 1e-12:
         return ""
     without = f"without it {percent(float(result.without[r]), count)} would fit"
-    return f" ({percent(float(result.only[r]), count)} miss only this, {without})"
+    only = percent(float(result.only[r]), count)
+    alone = f"{only} miss only this, {without}"
+    return f" ({alone if result.only[r] > 0.0 else f'{without}, in another position'})"
 
 
 def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows:

@@ -118,10 +118,13 @@ def _share_sentence(result: PopulationFound) -> str:
         who = f"{percent(everybody.share, count)} of the population fits"
     else:
         who = "Nobody fits"
-    fits = f"{who} ({interval}, {count:,} people){_worst(result)}."
+    stand = result.place.stand
+    steps = stand is not None and stand.steps and len(result.requirements) > 1
+    interval += f", {count:,} people" + (", each from one place to stand for everything" * steps)
+    fits = f"{who} ({interval}){_worst(result)}."
     if everybody.share <= _ALMOST_NOBODY:
         keeps = [] if first_found(result) else [_keeps_words(result)]
-        fits = " ".join([f"{who} ({interval}, {count:,} people).", *keeps, *_mends_words(result)])
+        fits = " ".join([f"{who} ({interval}).", *keeps, *_mends_words(result)])
     return f"{fits}{_undecided(everybody)}{clear_words(result)}"
 
 
@@ -597,13 +600,14 @@ def _clearance_lacks(lack: _Lack) -> str:
         who = lack.limb or "body"
         part = lack.requirement.target
         why = lack.why
-    return f"{lack.whose} {who} is {lack.by} too close to {plain(part)}{why}"
+    way = "deep in" if lack.requirement.check == "contact" else "close to"
+    return f"{lack.whose} {who} is {lack.by} too {way} {plain(part)}{why}"
 
 
 def reason_words(reason: Reason, limb: str = "") -> str:
     """What limits, as it stands in a sentence: "the length of the arm", "the right elbow
     (flexion)"."""
-    if reason.kind == "leg" and reason.foot:
+    if reason.kind == "deep" and reason.foot:
         return f"the {reason.foot.removesuffix('foot')}leg in {plain(reason.thing)}"
     if reason.foot:
         return f"the {reason.foot}, {reason_words(replace(reason, foot=''), reason.foot)}"
