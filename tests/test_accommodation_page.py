@@ -36,7 +36,7 @@ from workbench.report.population.charts import (
     share_axis,
     whisker,
 )
-from workbench.report.population.rows import population_rows
+from workbench.report.population.rows import population_lines, population_rows
 from workbench.report.population.words import (
     gain_sentence,
     person_sentence,
@@ -107,6 +107,25 @@ def ten():
     knee = np.array([-2, 1, 2, 3, -3, -12, 30, 40, 50, 60]) / 1000
     gain = Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.6, 0.9, 0.4, 0.7)
     return made(people, [FLAPS, KNEE], np.stack([flaps, knee], axis=1), gains=[gain], shown=True)
+
+
+def test_the_terminal_says_once_that_no_single_requirement_lets_anybody_in():
+    both = made(trainer_people(10), [FLAPS, KNEE], np.full((10, 2), -0.01))
+    lines = population_lines(both)
+    assert lines[:3] == [
+        "    0 %  meet “reach flaps”",
+        "    0 %  meet “right knee clear of the panel”",
+        "Everybody who is left out misses two requirements or more: dropping a single one would gain nothing.",
+    ]
+    assert [line for line in lines if "%  " in line][2:] == ["    0 %  everybody (0 to 28 %)"]
+
+
+def test_the_terminal_says_whom_one_requirement_alone_leaves_out(ten):
+    lines = population_lines(ten)
+    assert (
+        lines[0] == "   60 %  meet “reach flaps” (30 % miss only this, without it 70 % would fit)"
+    )
+    assert lines[-1] == "   40 %  everybody, with no overlap beyond what is allowed"
 
 
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
@@ -260,6 +279,12 @@ def test_each_kind_of_reason_has_its_words(reason, said):
             FLAPS,
             Reason("part", "instrument_panel"),
             "the reach stays 12 mm short of flaps in zone 2; instrument panel is in the way",
+        ),
+        (
+            FLAPS,
+            Reason("deep", "instrument_panel", at="arm"),
+            "the reach stays 12 mm short of flaps in zone 2; on it the arm is that much too deep in "
+            "instrument panel",
         ),
         (
             FLAPS,

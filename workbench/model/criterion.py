@@ -196,7 +196,7 @@ Kind = Literal[
     "segment",  # a segment of the body
     "near",  # a segment that is too near to a part or to another segment
     "part",  # a part is in the way
-    "leg",  # a foot is where it should be, and its leg too deep in a part
+    "deep",  # a limb is where it should be, and its arm or leg too deep in something
     "own",  # the own body is
     "other",  # somebody else's is
     "beyond",  # eyes and head do not turn so far
@@ -219,7 +219,8 @@ class Reason:
     """What limits somebody in a requirement.
 
     kind: in which way. thing: the joint, part or segment by its name, else fixed words; of the cuts
-    of a pillar their angles. at: of a segment that is too near, what it is too near to. foot: the
+    of a pillar their angles. at: of a segment that is too near, what it is too near to; of a limb that
+    is too deep, what it is: "arm", "leg". foot: the
     foot that is limited, "" of none. share: of what is to be seen that the thing hides, 0 to 1; 0
     where it is not known or not told.
     """
@@ -236,13 +237,14 @@ class Reason:
     @property
     def part(self) -> str:
         """The part that is in the way, "" of every other kind."""
-        return self.thing if self.kind in ("part", "leg") else ""
+        return self.thing if self.kind in ("part", "deep") else ""
 
     @property
     def text(self) -> str:
         """In words, with names as in their files: "right knee at console", "left foot, the seat stops
         too far back", "left_stick hides 30 %"."""
-        text = _LEADS.get(self.kind, "") + self.thing + (f" at {self.at}" if self.at else "")
+        near = f" at {self.at}" if self.at and self.kind != "deep" else ""
+        text = _LEADS.get(self.kind, "") + self.thing + near
         if self.share:
             share = f"{100 * self.share:.3g} %"
             text = f"{share} is {text}" if self.kind == "outside" else f"{text} hides {share}"
@@ -256,8 +258,8 @@ class Reason:
             return self.text
         if self.kind in ("part", "own", "other") and not self.foot:
             return f"{'the ' if self.kind == 'own' else ''}{self.text} is in the way"
-        if self.kind == "leg" and not self.foot:
-            return f"on it the leg is that much too deep in {self.text}"
+        if self.kind == "deep" and not self.foot:
+            return f"on it the {self.at} is that much too deep in {self.text}"
         return f"{'it is' if self.kind == 'beyond' else 'limited by'} {self.text}"
 
     @property

@@ -609,8 +609,9 @@ def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None
     apart = float(np.linalg.norm(way))
     if check == "self_contact":
         return WebMark(found.target, f"{lack} too deep", failing=True)
-    if code >= 0 and result.reasons[code].kind == "leg":
-        return WebMark(found.target, f"the leg is {lack} too deep", failing=True)
+    if code >= 0 and result.reasons[code].kind == "deep":
+        limb = result.reasons[code].at
+        return WebMark(found.target, f"the {limb} is {lack} too deep", failing=True)
     if check in ("clearance", "contact") and apart > 0.0:
         why = f"{lack} too deep" if check == "contact" else f"{lack} too near"
         return _gap_mark(result, found, why, failing=True)

@@ -39,6 +39,7 @@ __all__ = [
     "certainty_percents",
     "certainty_words",
     "chief_reason",
+    "dropping_words",
     "elsewhere_words",
     "first_found",
     "gain_sentence",
@@ -115,10 +116,13 @@ def _share_sentence(result: PopulationFound) -> str:
         who = f"{percent(everybody.share, count)} of the population fits"
     else:
         who = "Nobody fits"
-    fits = f"{who} ({interval}, {count:,} people){_worst(result)}."
+    stand = result.place.stand
+    steps = stand is not None and stand.steps and len(result.requirements) > 1
+    interval += f", {count:,} people" + (", each from one place to stand for everything" * steps)
+    fits = f"{who} ({interval}){_worst(result)}."
     if everybody.share <= _ALMOST_NOBODY:
         keeps = [] if first_found(result) else [_keeps_words(result)]
-        fits = " ".join([f"{who} ({interval}, {count:,} people).", *keeps, *_mends_words(result)])
+        fits = " ".join([f"{who} ({interval}).", *keeps, *_mends_words(result)])
     return f"{fits}{_undecided(everybody)}{clear_words(result)}"
 
 
@@ -399,11 +403,12 @@ def requirement_sentence(result: PopulationFound) -> str:
     count = len(result.served)
     name = plain(result.requirements[most].name)
     out = percent(1 - float(result.single[most]), count)
-    return f"The requirement missed most often is “{name}”: by {out} of the people. {_dropping(result, most)}"
+    return f"The requirement missed most often is “{name}”: by {out} of the people. {dropping_words(result)}"
 
 
-def _dropping(result: PopulationFound, most: int) -> str:
-    """What would be gained if one requirement were dropped. most: the one that leaves out most."""
+def dropping_words(result: PopulationFound) -> str:
+    """What would be gained if one requirement were dropped."""
+    most = most_missed(result.margin, result.people.weight)
     gain = int(np.argmax(result.without))
     if result.without[gain] <= result.shares[0].share + 1e-12:
         return (
@@ -593,13 +598,14 @@ def _clearance_lacks(lack: _Lack) -> str:
         who = lack.limb or "body"
         part = lack.requirement.target
         why = lack.why
-    return f"{lack.whose} {who} is {lack.by} too close to {plain(part)}{why}"
+    way = "deep in" if lack.requirement.check == "contact" else "close to"
+    return f"{lack.whose} {who} is {lack.by} too {way} {plain(part)}{why}"
 
 
 def reason_words(reason: Reason, limb: str = "") -> str:
     """What limits, as it stands in a sentence: "the length of the arm", "the right elbow
     (flexion)"."""
-    if reason.kind == "leg" and reason.foot:
+    if reason.kind == "deep" and reason.foot:
         return f"the {reason.foot.removesuffix('foot')}leg in {plain(reason.thing)}"
     if reason.foot:
         return f"the {reason.foot}, {reason_words(replace(reason, foot=''), reason.foot)}"

@@ -119,6 +119,8 @@ def bearing_on(
 def _bearing_on(one: Asked, reason: Reason, body: Body) -> tuple[tuple[str, ...], int]:
     """The same of people who sit."""
     check = one.requirement.check
+    if check in ("reach", "pedals") and reason.kind in ("part", "deep", "own", "other"):
+        return (), 1  # what is in the way is in nobody's measures
     if check in ("pedals", "preferred_seat"):
         return BEARING["foot"], 1 if reason == SEAT_FORWARD else -1
     if check == "reach":

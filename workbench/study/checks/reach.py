@@ -55,6 +55,8 @@ __all__ = [
 
 LEAST_MISS = 1e-4
 """What is reached through an obstacle only is missed by this [m] at least."""
+THERE = 1e-3
+"""[m] A limb that is no farther from a control is on it: what lacks is that something is entered."""
 MIDDLE = 1e-3
 """How far [m] from the middle plane of a person a control is on neither side: no rounding, as of a
 cockpit that is turned, decides which hand is asked first."""
@@ -416,7 +418,11 @@ def _reached_with(
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
     limit = np.full(found.reached.shape, NO_REASON, dtype=object)
     for row, target in np.argwhere(~found.reached).tolist():
-        limit[row, target] = found.reason(row, target)
+        why = found.reason(row, target)
+        deep = found.miss[row, target] < min(found.overlap[row, target], THERE)
+        if deep and why.kind in ("part", "own", "other"):
+            why = replace(why, kind="deep", at="leg" if group.grip == "foot" else "arm")
+        limit[row, target] = why
     reached = found.reached
     if _bends(situation.place, group.grip, group.zone):
         falls = _falls(found)

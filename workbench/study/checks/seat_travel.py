@@ -77,7 +77,8 @@ def foot_on_pedal(situation: Situation, foot: str) -> FootOnPedal:
     limit = list(seat.limit[foot])
     depth = seat.leg_overlap.get(foot, np.zeros(len(situation)))  # nobody may have looked yet
     for b in np.flatnonzero(depth > seat.miss[foot]).tolist():
-        limit[b] = Reason("leg", situation.environment.parts[seat.leg_part[foot][b]])
+        part = situation.environment.parts[seat.leg_part[foot][b]]
+        limit[b] = Reason("deep", part, at="leg")
     for b in np.flatnonzero(seat.pressed > MET).tolist():
         limit[b] = limit[b] or THIGHS
     return FootOnPedal(seat.miss[foot], depth + seat.pressed, tuple(limit))
