@@ -14,13 +14,17 @@ from itertools import combinations
 
 import numpy as np
 
+from workbench.errors import InputError
+from workbench.files.seat_figures import BENCH, Across
+from workbench.files.seat_search import SITTER, PartFaces, found_seat
+from workbench.geometry.clipping import clip_triangles
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
 from workbench.model.environment import Doubt, Seat
 from workbench.model.posing import attitude_matrix
 
 __all__ = [
-    "SITTER",
+    "SEAT_PART",
     "another_seats",
     "floor_before",
     "floor_doubts",
@@ -30,9 +34,6 @@ __all__ = [
     "twice_doubts",
 ]
 
-SITTER = 0.4
-"""Width [m] of who sits: hips and chest of most people, without arms (ANSUR II, hip breadth sitting
-of men, 95th percentile 0.41 m)."""
 HELD = 0.5
 """Share of this width that cushion and back are under and behind at least."""
 NEAR = 0.08
@@ -63,18 +64,12 @@ CLEAR = 0.05
 """A surface less [m] below the seat reference point than this is a cushion, no floor."""
 HEIGHT = (0.08, 0.65)
 """Height [m] of a seat reference point over the floor: of a glider's seat, of a high lorry's."""
+SEAT_PART = 1.5
+"""A part that is larger [m], as far as it is about a seat, is more than a seat."""
 SAME = 0.3
 """Two people whose seat reference points are nearer [m] sit in each other."""
 _DEEPEST = 1.5
 """A surface farther [m] below is not the floor of this seat."""
-
-
-@dataclass(frozen=True)
-class _Across:
-    """From where to where [m] across a seat something lies; left of its middle is positive."""
-
-    right: float
-    left: float
 
 
 def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
@@ -104,12 +99,14 @@ def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
         )
         yield Doubt(place_of(seat.name), f"seat {seat.name!r}: {words}")
     elif any(abs(size) > OFF_PLANE for size in off.values()):
-        named = {name: faces[name][0] for name in off}
-        outer = {name: _off_plane(seat, name, faces[name][1], near=False) for name in off}
-        words = _place_words(seat, named, off, outer)
-        lost = abs(off.get("cushion", 0.0)) > OFF_PLANE or max(map(abs, off.values())) > LOST
-        about = place_of(seat.name) if lost else f"back of seat {seat.name}"
-        yield Doubt(about, f"seat {seat.name!r}: {words}")
+        named = {name: PartFaces(*faces[name]) for name in off}
+        right = _right_place(seat, *named.values()) if len(named) == len(SPAN) else None
+        if right is not None:
+            off = {name: float(_axes(seat, name)[2] @ (right - seat.srp)) for name in off}
+        if any(abs(size) > OFF_PLANE for size in off.values()):
+            lost = abs(off.get("cushion", 0.0)) > OFF_PLANE or max(map(abs, off.values())) > LOST
+            about = place_of(seat.name) if lost else f"back of seat {seat.name}"
+            yield Doubt(about, f"seat {seat.name!r}: {_place_words(seat, off, right)}")
     opening = _opening(seat)
     if not OPENING[0] <= opening <= OPENING[1]:
         yield Doubt(
@@ -134,27 +131,26 @@ def another_seats(seat: Seat, back: Floats) -> str:
     return _aside_words("back", seat.back.part, across)
 
 
-def rest_lines(seat: Seat, cushion: Floats, back: Floats, ground: Ground) -> Iterator[str]:
+def rest_lines(seat: Seat, cushion: Across, back: Across, ground: Ground) -> Iterator[str]:
     """Return how the cushion and the back of a seat stand to each other and over the floor.
 
     Parameters
     ----------
-    seat, cushion, back
-        As of `rest_doubts`.
+    seat
+        Its figures.
+    cushion, back
+        How they lie across it.
     ground
         What is to be stood on.
     """
-    lap = _across(seat, "cushion", cushion)
-    lean = _across(seat, "back", back)
-    if lap and lean:
-        aside = 0.5 * (lean.left + lean.right - lap.left - lap.right)
-        shared = max(min(lap.left, lean.left) - max(lap.right, lean.right), 0.0)
-        yield (
-            f"the middle of the back is {1e3 * abs(aside):.0f} mm to the "
-            f"{'left' if aside > 0.0 else 'right'} of that of the cushion; the cushion is "
-            f"{1e3 * (lap.left - lap.right):.0f} mm wide, the back {1e3 * (lean.left - lean.right):.0f} "
-            f"mm, and {1e3 * shared:.0f} mm of it are behind the cushion"
-        )
+    aside = round(1e3 * (back.middle - cushion.middle))
+    shared = max(min(cushion.left, back.left) - max(cushion.right, back.right), 0.0)
+    off = f"{abs(aside)} mm to the {'left' if aside > 0 else 'right'} of" if aside else "behind"
+    yield (
+        f"the middle of the back is {off} that of the cushion; the cushion is "
+        f"{1e3 * cushion.wide:.0f} mm wide, the back {1e3 * back.wide:.0f} "
+        f"mm, and {1e3 * shared:.0f} mm of it are behind the cushion"
+    )
     yield (
         f"cushion and back open by {_opening(seat):.0f} degrees; {OPENING[0]:g} to {OPENING[1]:g} "
         f"are plausible"
@@ -173,7 +169,7 @@ def _opening(seat: Seat) -> float:
     return 90.0 + math.degrees(seat.back_angle - seat.cushion_angle)
 
 
-def _across(seat: Seat, name: str, corners: Floats) -> _Across | None:
+def _across(seat: Seat, name: str, corners: Floats) -> Across | None:
     """Where across a seat the faces lie that a sitter can rest on; None where there are none."""
     own = _in_plane(seat, name, corners)
     crosses = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
@@ -188,20 +184,26 @@ def _across(seat: Seat, name: str, corners: Floats) -> _Across | None:
     if not rows.any():
         return None
     sides = own[rows][..., 1]
-    return _Across(float(sides.min()), float(sides.max()))
+    return Across(float(sides.min()), float(sides.max()))
 
 
 def _in_plane(seat: Seat, name: str, corners: Floats) -> Floats:
     """(T, 3, 3) [m] faces as the plane of a cushion or a back has them: along it from the seat
     reference point, to the left, and how far before it."""
-    own = (corners - np.array(seat.srp)) @ attitude_matrix(yaw=seat.yaw)
+    found: Floats = (corners - np.array(seat.srp)) @ _axes(seat, name).T
+    return found
+
+
+def _axes(seat: Seat, name: str) -> Floats:
+    """(3, 3) unit vectors, row by row: along the plane of a cushion or a back, to the left, and before
+    it."""
     if name == "back":
         c, s = math.cos(seat.back_angle), math.sin(seat.back_angle)
         axes = np.array([[-s, 0.0, c], [0.0, 1.0, 0.0], [c, 0.0, s]])
     else:
         c, s = math.cos(seat.cushion_angle), math.sin(seat.cushion_angle)
         axes = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    found: Floats = own @ axes.T
+    found: Floats = axes @ attitude_matrix(yaw=seat.yaw).T
     return found
 
 
@@ -241,41 +243,47 @@ def _off_plane(seat: Seat, name: str, corners: Floats, *, near: bool) -> float:
     return float(np.median(met)) if met else math.nan
 
 
-def _place_words(
-    seat: Seat, parts: Mapping[str, str], off: Mapping[str, float], outer: Mapping[str, float]
-) -> str:
+def _place_words(seat: Seat, off: Mapping[str, float], right: Floats | None) -> str:
     """How far the seat reference point is from cushion and back, what that does to a sitter, and
-    where it would be right. parts: of each; off, outer: how far [m] what a sitter meets and the whole
-    outer side are before the plane."""
+    where it would be right. off: how far [m] each is before its plane; right: (3,) [m]."""
     ways = {"cushion": ("below", "above"), "back": ("behind", "ahead of")}
+    parts = {"cushion": seat.cushion.part, "back": seat.back.part}
     where = [
         f"{1e3 * abs(size):.0f} mm {ways[name][size < 0.0]} its {name} {parts[name]!r}"
         for name, size in off.items()
         if abs(size) > OFF_PLANE
     ]
     cushion = off.get("cushion", 0.0)
-    back = off.get("back", 0.0)
-    does = "leans through the back" if back > 0.0 else "has no back behind"
+    does = "leans through the back" if off.get("back", 0.0) > 0.0 else "has no back behind"
     if abs(cushion) > OFF_PLANE:
         does = "sinks through the cushion" if cushion > 0.0 else "floats above the cushion"
-    sides = [outer.get("cushion", 0.0), outer.get("back", 0.0)]
-    # the shift (x, z) whose part along either normal is what that plane is off
-    normals = np.array(
-        [
-            [-math.sin(seat.cushion_angle), math.cos(seat.cushion_angle)],
-            [math.cos(seat.back_angle), math.sin(seat.back_angle)],
-        ]
-    )
-    ahead, up = np.linalg.solve(normals, np.nan_to_num(sides)).tolist()
-    right = np.array(seat.srp) + attitude_matrix(yaw=seat.yaw) @ np.array([ahead, 0.0, up])
+    said = f"its reference point is {' and '.join(where)}, so that a sitter {does}"
+    if right is None:
+        return said
     at = ", ".join(f"{round(1e3 * value) + 0}" for value in right.tolist())
-    return (
-        f"its reference point is {' and '.join(where)}, so that a sitter {does}; at ({at}) mm it would be "
-        f"where the planes of both meet"
-    )
+    return f"{said}; at ({at}) mm it would be where the planes of both meet"
 
 
-def _aside_words(name: str, part: str, across: _Across) -> str:
+def _right_place(seat: Seat, *parts: PartFaces) -> Floats | None:
+    """(3,) [m] where the planes of cushion and back meet; None where one is no part of a seat."""
+    left = attitude_matrix(yaw=seat.yaw)[:, 1]
+    own = []
+    for part in parts:
+        corners = part.corners
+        if np.ptp(corners @ left) > BENCH:  # of several seats: what is about this one
+            middle = float(left @ np.array(seat.srp))
+            for axis, most in ((left, middle), (-left, -middle)):
+                corners = clip_triangles(corners, axis, most + 0.5 * BENCH)[0]
+        if not len(corners) or np.ptp(corners.reshape(-1, 3), axis=0).max() > SEAT_PART:
+            return None
+        own.append(PartFaces(part.name, corners))
+    try:
+        return found_seat(*own).figures.srp
+    except InputError:
+        return None
+
+
+def _aside_words(name: str, part: str, across: Across) -> str:
     """How far a cushion or a back is beside the sitter; "" where it is not."""
     under = "under" if name == "cushion" else "behind"
     half = 0.5 * SITTER
