@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.seat_figures import BENCH, Across
+from workbench.files.seat_figures import BENCH, Across, strip
 from workbench.files.seat_search import SITTER, PartFaces, found_seat
 from workbench.geometry.clipping import clip_triangles
 from workbench.geometry.ground import Ground
@@ -52,8 +52,6 @@ MET_ASIDE = (-0.08, 0.0, 0.08)
 LOST = 0.2
 """A back that is farther [m] from its plane is that of a seat in another place: who sits there has the
 right height otherwise."""
-ALL_OVER = tuple(np.array((x, y)) for x in (0.1, 0.3, 0.5, 0.7, 0.9) for y in (0.2, 0.5, 0.8))
-"""Where in the box of a cushion or a back, as shares of its extents, its outer side is asked for."""
 MET_WITHIN = 0.25
 """What is farther [m] from the plane is another thing."""
 OPENING = (80.0, 160.0)
@@ -91,22 +89,9 @@ def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
         if words:
             yield Doubt(f"{name} of seat {seat.name}", f"seat {seat.name!r}: {words}")
         elif part:
-            off[name] = _off_plane(seat, name, corners, near=across is not None)
-    if unlike := [name for name, size in off.items() if math.isnan(size)]:
-        parts = " and ".join(f"of {faces[name][0]!r} in the plane of its {name}" for name in unlike)
-        words = (
-            f"no face lies {parts}: are the seat reference point, the angles and the part right?"
-        )
-        yield Doubt(place_of(seat.name), f"seat {seat.name!r}: {words}")
-    elif any(abs(size) > OFF_PLANE for size in off.values()):
-        named = {name: PartFaces(*faces[name]) for name in off}
-        right = _right_place(seat, *named.values()) if len(named) == len(SPAN) else None
-        if right is not None:
-            off = {name: float(_axes(seat, name)[2] @ (right - seat.srp)) for name in off}
-        if any(abs(size) > OFF_PLANE for size in off.values()):
-            lost = abs(off.get("cushion", 0.0)) > OFF_PLANE or max(map(abs, off.values())) > LOST
-            about = place_of(seat.name) if lost else f"back of seat {seat.name}"
-            yield Doubt(about, f"seat {seat.name!r}: {_place_words(seat, off, right)}")
+            off[name] = math.nan if across is None else _met_first(seat, name, corners)
+    if not all(abs(size) <= OFF_PLANE for size in off.values()):
+        yield from _place_doubts(seat, {name: PartFaces(*faces[name]) for name in off}, off)
     opening = _opening(seat)
     if not OPENING[0] <= opening <= OPENING[1]:
         yield Doubt(
@@ -174,17 +159,9 @@ def _across(seat: Seat, name: str, corners: Floats) -> Across | None:
     own = _in_plane(seat, name, corners)
     crosses = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
     area = np.linalg.norm(crosses, axis=1)
-    facing = np.abs(crosses[:, 2]) >= ALIKE * area
-    off = own[..., 2]
-    way = own[..., 0]
-    low, high = SPAN[name]
-    near = (off.min(axis=1) <= NEAR) & (off.max(axis=1) >= -NEAR)
-    within = (way.min(axis=1) <= high) & (way.max(axis=1) >= low)
-    rows = (area > 0.0) & facing & near & within
-    if not rows.any():
-        return None
-    sides = own[rows][..., 1]
-    return Across(float(sides.min()), float(sides.max()))
+    facing = (area > 0.0) & (np.abs(crosses[:, 2]) >= ALIKE * area)
+    sides = strip(own[facing], NEAR, SPAN[name])[..., 1]
+    return Across(float(sides.min()), float(sides.max())) if len(sides) else None
 
 
 def _in_plane(seat: Seat, name: str, corners: Floats) -> Floats:
@@ -222,46 +199,41 @@ def _met_first(seat: Seat, name: str, corners: Floats) -> float:
     return float(np.median(met)) if 2 * len(met) > len(places) else 0.0
 
 
-def _off_plane(seat: Seat, name: str, corners: Floats, *, near: bool) -> float:
-    """How far [m] before the plane of a cushion or a back its faces are; nan where none faces as it
-    does. near: whether some are near the plane: then what a sitter meets counts, else the outer side
-    of the part, in the middle of places all over it."""
-    if near:
-        return _met_first(seat, name, corners)
-    own = _in_plane(seat, name, corners)
-    crosses = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
-    own = own[np.abs(crosses[:, 2]) >= ALIKE * np.linalg.norm(crosses, axis=1)]
-    if not len(own):
-        return math.nan
-    low, high = own[..., :2].min(axis=(0, 1)), own[..., :2].max(axis=(0, 1))
-    count = len(own)
-    faces = Ground(own, np.zeros(count, dtype=np.int64), (name,), np.zeros(count, dtype=np.bool_))
-    met = []
-    for share in ALL_OVER:
-        heights = faces.levels(low + share * (high - low))[0]
-        met += heights[-1:].tolist()
-    return float(np.median(met)) if met else math.nan
-
-
-def _place_words(seat: Seat, off: Mapping[str, float], right: Floats | None) -> str:
+def _place_doubts(
+    seat: Seat, parts: Mapping[str, PartFaces], off: Mapping[str, float]
+) -> Iterator[Doubt]:
     """How far the seat reference point is from cushion and back, what that does to a sitter, and
-    where it would be right. off: how far [m] each is before its plane; right: (3,) [m]."""
+    where it would be right. parts: of each; off: how far [m] each is before its plane, nan where no
+    face of it is near."""
+    right = _right_place(seat, *parts.values()) if len(parts) == len(SPAN) else None
+    sizes = dict(off)
+    if right is not None:
+        sizes = {name: float(_axes(seat, name)[2] @ (right - seat.srp)) for name in off}
+    far = {name: size for name, size in sizes.items() if abs(size) > OFF_PLANE}
+    unlike = [name for name, size in off.items() if math.isnan(size)]
+    if unlike and right is None:
+        far = {}
+    if unlike and not far:
+        of = " and ".join(f"of {parts[name].name!r} in the plane of its {name}" for name in unlike)
+        words = f"no face lies {of}: are the seat reference point, the angles and the part right?"
+        yield Doubt(place_of(seat.name), f"seat {seat.name!r}: {words}")
+    if not far:
+        return
     ways = {"cushion": ("below", "above"), "back": ("behind", "ahead of")}
-    parts = {"cushion": seat.cushion.part, "back": seat.back.part}
-    where = [
-        f"{1e3 * abs(size):.0f} mm {ways[name][size < 0.0]} its {name} {parts[name]!r}"
-        for name, size in off.items()
-        if abs(size) > OFF_PLANE
-    ]
-    cushion = off.get("cushion", 0.0)
-    does = "leans through the back" if off.get("back", 0.0) > 0.0 else "has no back behind"
-    if abs(cushion) > OFF_PLANE:
-        does = "sinks through the cushion" if cushion > 0.0 else "floats above the cushion"
-    said = f"its reference point is {' and '.join(where)}, so that a sitter {does}"
-    if right is None:
-        return said
-    at = ", ".join(f"{round(1e3 * value) + 0}" for value in right.tolist())
-    return f"{said}; at ({at}) mm it would be where the planes of both meet"
+    where = " and ".join(
+        f"{1e3 * abs(size):.0f} mm {ways[name][size < 0.0]} its {name} {parts[name].name!r}"
+        for name, size in far.items()
+    )
+    does = "leans through the back" if far.get("back", 0.0) > 0.0 else "has no back behind"
+    if "cushion" in far:
+        does = "sinks through the cushion" if far["cushion"] > 0.0 else "floats above the cushion"
+    words = f"its reference point is {where}, so that a sitter {does}"
+    if right is not None:
+        at = ", ".join(f"{round(1e3 * value) + 0}" for value in right.tolist())
+        words += f"; at ({at}) mm it would be where the planes of both meet"
+    lost = "cushion" in far or max(map(abs, far.values())) > LOST
+    about = place_of(seat.name) if lost else f"back of seat {seat.name}"
+    yield Doubt(about, f"seat {seat.name!r}: {words}")
 
 
 def _right_place(seat: Seat, *parts: PartFaces) -> Floats | None:

@@ -23,7 +23,7 @@ from workbench.files.surface_planes import PlaneFit, fitted_plane
 from workbench.geometry.clipping import clip_triangles
 from workbench.model.arrays import Floats
 
-__all__ = ["BENCH", "Across", "SeatFigures", "seat_figures"]
+__all__ = ["BENCH", "Across", "SeatFigures", "seat_figures", "strip"]
 
 PARALLEL = math.radians(20.0)
 """Planes at a smaller angle [rad] to each other meet nowhere in particular."""
@@ -63,10 +63,12 @@ class Across:
 
     @property
     def middle(self) -> float:
+        """Halfway between its sides."""
         return 0.5 * (self.right + self.left)
 
     @property
     def wide(self) -> float:
+        """From side to side."""
         return self.left - self.right
 
 
@@ -103,7 +105,12 @@ class SeatFigures:
 
 
 def seat_figures(
-    cushion: Floats, back: Floats, picked: Floats, *, parts: tuple[Floats, Floats] | None = None
+    cushion: Floats,
+    back: Floats,
+    picked: Floats,
+    *,
+    cushion_part: Floats | None = None,
+    back_part: Floats | None = None,
 ) -> SeatFigures:
     """Compute the figures of a seat.
 
@@ -113,8 +120,8 @@ def seat_figures(
         (T, 3, 3) [m] faces of each in the world, z up.
     picked
         (N, 3) [m] where the cushion was pointed at: across a bench the seat is in their middle.
-    parts
-        (T, 3, 3) [m] all faces of the part of each; no more than of each if None.
+    cushion_part, back_part
+        (T, 3, 3) [m] all faces of the part of each; no more than its own if None.
 
     Raises
     ------
@@ -145,11 +152,12 @@ def seat_figures(
     cushion_angle = _half_turn(cushion_angle)
     back_angle = _half_turn(math.atan2(float(lean.normal[2]), float(lean.normal @ ahead)))
     _check_angles(cushion_angle, back_angle)
-    own, behind = parts or (cushion, back)
     along = math.cos(cushion_angle) * ahead + math.sin(cushion_angle) * above
-    sides = _sides(own, cushion, lap.centre, np.array([along, aside]))
+    sides = _sides(
+        cushion if cushion_part is None else cushion_part, cushion, lap.centre, along, aside
+    )
     along = math.cos(back_angle) * above - math.sin(back_angle) * ahead
-    back_sides = _sides(behind, back, lean.centre, np.array([along, aside]))
+    back_sides = _sides(back if back_part is None else back_part, back, lean.centre, along, aside)
     bench = sides.wide > BENCH
     across = float((picked @ aside).mean()) if bench else sides.middle
     middle = across * aside
@@ -168,40 +176,55 @@ def seat_figures(
     return SeatFigures(srp, *angles, lap, lean, lap_sides, lean_sides, words, doubts)
 
 
-def _sides(part: Floats, surface: Floats, centre: Floats, axes: Floats) -> Across:
-    """From where to where [m] along the second axis a part lies near the plane of a surface of it, side
-    by side with the surface.
+def _sides(part: Floats, surface: Floats, centre: Floats, along: Floats, aside: Floats) -> Across:
+    """From where to where [m] across a seat a part lies near the plane of a surface of it, side by side
+    with the surface.
 
-    part, surface: (T, 3, 3) [m] faces. centre: (3,) of the plane. axes: (2, 3) unit vectors in the plane,
-    along the surface and across it.
+    part, surface: (T, 3, 3) [m] faces. centre: (3,) of the plane. along, aside: (3,) unit vectors in it.
     """
-    along, aside = axes
-    normal = np.cross(along, aside)
-    way = surface @ along
-    low, high = (way.min() + share * np.ptp(way) for share in STRIP_LONG)
-    height = float(normal @ centre)
-    near = part
-    for axis, most in (
-        (normal, height + STRIP),
-        (-normal, STRIP - height),
-        (along, high),
-        (-along, -low),
-    ):
-        near = clip_triangles(near, axis, float(most))[0]
-    own = surface @ aside
-    right, left = float(own.min()), float(own.max())
-    if not len(near):
-        return Across(right, left)
-    places = near @ aside
-    pieces = np.stack([places.min(axis=1), places.max(axis=1)], axis=1)
-    # sides by side with the middle of the surface: pieces that touch are joined, from right to left
-    pieces = pieces[np.argsort(pieces[:, 0])]
-    reach = np.maximum.accumulate(pieces[:, 1])
-    gaps = np.flatnonzero(pieces[1:, 0] > reach[:-1] + TOUCHING)
-    starts = pieces[np.append(0, gaps + 1), 0]
+    axes = np.stack([along, aside, np.cross(along, aside)], axis=1)
+    own = (surface - centre) @ axes
+    low, high = own[..., 0].min(), own[..., 0].max()
+    spans = [float(low + share * (high - low)) for share in STRIP_LONG]
+    places = strip((part - centre) @ axes, STRIP, (spans[0], spans[1]))[..., 1]
+    at = float(centre @ aside)
+    right, left = own[..., 1].min(), own[..., 1].max()
+    # pieces that touch are joined, from right to left; the row that has most of the surface counts
+    order = np.argsort(places.min(axis=1))
+    starts = places.min(axis=1)[order]
+    reach = np.maximum.accumulate(places.max(axis=1)[order])
+    gaps = np.flatnonzero(starts[1:] > reach[:-1] + TOUCHING)
+    starts = starts[np.append(0, gaps + 1)]
     ends = reach[np.append(gaps, len(reach) - 1)]
     row = int(np.argmax(np.minimum(ends, left) - np.maximum(starts, right)))
-    return Across(float(starts[row]), float(ends[row]))
+    return Across(at + float(starts[row]), at + float(ends[row]))
+
+
+def strip(own: Floats, within: float, along: tuple[float, float]) -> Floats:
+    """Cut out what of faces is near a plane.
+
+    Parameters
+    ----------
+    own
+        (T, 3, 3) [m] faces by axes of the plane: along it, across it, before it.
+    within
+        How far [m] from the plane at most.
+    along
+        From where to where [m] along it.
+
+    Returns
+    -------
+    Floats
+        (K, 3, 3) pieces of the faces.
+    """
+    for axis, most in (
+        ((0, 0, 1), within),
+        ((0, 0, -1), within),
+        ((1, 0, 0), along[1]),
+        ((-1, 0, 0), -along[0]),
+    ):
+        own = clip_triangles(own, np.array(axis), most)[0]
+    return own
 
 
 def _heading(line: Floats, lap: PlaneFit, lean: PlaneFit) -> tuple[float, float]:

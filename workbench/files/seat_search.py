@@ -87,7 +87,8 @@ def found_seat(cushion: PartFaces, back: PartFaces) -> FoundSeat:
         seat.corners[region],
         rest.corners[rest.region(lean.face)],
         lap.point[None],
-        parts=(seat.corners, rest.corners),
+        cushion_part=seat.corners,
+        back_part=rest.corners,
     )
     return FoundSeat(lap, lean, figures)
 

@@ -363,7 +363,7 @@ def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFi
             for region in regions
         )
         places = [spot_place(opened, description, spot) for spot in picks.cushion]
-        figures = seat_figures(cushion, back, np.array(places), parts=(lap, lean))
+        figures = seat_figures(cushion, back, np.array(places), cushion_part=lap, back_part=lean)
         fitted = fitted_seat(seat, figures)
         another = another_seats(fitted, back)
         if another:
