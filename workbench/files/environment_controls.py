@@ -56,8 +56,8 @@ def _partless(environment: Environment, controls: Iterable[Control]) -> Iterator
     ]
     if told:
         yield (
-            f"control{'s' * (len(told) > 1)} {', '.join(told)}: no part is named, so that nothing "
-            f"moves it along, and nothing may be entered to use it"
+            f"control{'s' * (len(told) > 1)} {', '.join(told)}: no part is named; a control without "
+            f"one goes along with nothing, and nothing may be entered to use it"
         )
 
 
