@@ -115,7 +115,8 @@ def test_fingers_stay_in_their_ranges_and_go_no_deeper_into_anything(name, at, s
     assert limits(found).min() > -1e-9
     closed = (gap(found.centres) - hand.radius)[:40].reshape(5, 8).min(axis=1)
     open_ = (gap(hand.centres(grasp(name).begin)) - hand.radius)[:40].reshape(5, 8).min(axis=1)
-    assert np.all(closed >= np.minimum(open_, 0.0) - 2e-4)
+    for digits in (slice(0, 1), slice(1, 5)):
+        assert closed[digits].min() >= min(open_[digits].min(), 0.0) - 2e-4
     assert np.array_equal(found.touching, closed <= 2 * TOUCH)
 
 

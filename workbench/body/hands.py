@@ -328,7 +328,8 @@ def close_hand(hand: Hand, chosen: Grasp, gap: Gap) -> ClosedHand:
     Returns
     -------
     ClosedHand
-        Where the digits have come to. None is deeper than where it began, or than a touch.
+        Where the digits have come to. Neither the thumb nor the deepest finger is deeper than where
+        the grasp begins, or than a touch.
 
     Raises
     ------
@@ -360,25 +361,34 @@ def close_hand(hand: Hand, chosen: Grasp, gap: Gap) -> ClosedHand:
 
 
 def _opened(hand: Hand, chosen: Grasp, gap: Gap) -> Floats:
-    """(5, 5) [rad] where closing begins: a digit that moves and would begin within what is held is
-    opened first, a finger backward and the thumb into the plane of the palm, until it is clear, or
-    as far as it goes."""
+    """(5, 5) [rad] where closing begins. Digits that move and would begin within what is held are
+    opened first, the thumb into the plane of the palm and the fingers backward, together and as far
+    as those allow that stay: the least that is clear, or else where the worst is least deep."""
+    still = np.all(chosen.begin == chosen.end, axis=1)
+    place = _places(_rules()["knuckles_apart"])
+    held = np.where(still[1:], chosen.begin[1:, 0], -np.pi) - np.abs(place[:, None] - place)
     back = np.array(chosen.begin)
-    back[1:, 0] = _rules()["least"][1:, 0]
+    back[1:, 0] = np.maximum(_rules()["least"][1:, 0], held.max(axis=1))
     back[0, 3] = 0.0
+    back[still] = chosen.begin[still]
     ways = chosen.begin + np.linspace(0.0, 1.0, _OPENINGS)[:, None, None] * (back - chosen.begin)
     centres = hand.centres(ways)
     away = gap(centres.reshape(-1, 3)).reshape(centres.shape[:2]) - hand.radius
-    clear = away[:, :40].reshape(-1, 5, 8).min(axis=2) > TOUCH
-    still = np.all(chosen.begin == chosen.end, axis=1)
-    first = np.where(clear.any(axis=0), clear.argmax(axis=0), _OPENINGS - 1)
-    first[still] = 0
-    return np.array(ways[first, np.arange(5)])
+    room = np.minimum(away[:, :40].reshape(-1, 5, 8).min(axis=2), TOUCH)
+    room[:, still] = TOUCH
+    found = np.array(ways[room[:, 1:].min(axis=1).argmax()])
+    found[0] = ways[room[:, 0].argmax(), 0]
+    return found
+
+
+def _places(apart: Floats) -> Floats:
+    """(4,) [rad] places of the fingers on a line, so that two may differ by how far these are apart."""
+    return np.concatenate([[0.0], np.cumsum(apart)])
 
 
 def _near_neighbours(bent: Floats, apart: Floats) -> Floats:
     """(4,) [rad] flexion of the fingers, less where a neighbour's is less by more than `apart` (3,)."""
-    place = np.concatenate([[0.0], np.cumsum(apart)])
+    place = _places(apart)
     most = bent[None] + np.abs(place[:, None] - place[None])
     return np.asarray(most.min(axis=1))
 

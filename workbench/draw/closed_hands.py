@@ -1,0 +1,166 @@
+"""Draw hands on controls as hands hold them: with the fingers closed on the parts of the control.
+
+Nobody's posture or result depends on it. A hand is closed where the point of it that arrives, by the
+control's grip, is at the control. It gets the spheres of the hand of the survey at the person's own
+size, hung on the person's wrist so that its grip point is in the same direction from there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.body.hands import Gap, Hand, close_hand, grasp
+from workbench.body.scaling.measure import measure
+from workbench.contact.batches import least_clearances
+from workbench.contact.kernels.clearance import ClearanceTask
+from workbench.errors import InputError
+from workbench.model.arrays import Floats
+from workbench.model.body import DIRECTIONS, Body
+from workbench.model.environment import Control, Environment
+from workbench.model.poses import Placed
+from workbench.model.quaternions import cross
+from workbench.posture.reaching.limbs import HANDS, Limb, limb
+
+__all__ = ["DrawnHand", "closed_hands"]
+
+AT = 0.015
+"""A hand is at a control if it is nearer than this [m]: postures that are written by eye are as near."""
+_GRASPS = {"push": "fingertip_push", "pinch": "tip_pinch", "grasp": "power"}
+"""The grasp of each grip of a control."""
+_TILTS = np.radians(np.arange(0.0, 41.0, 2.0))
+"""[rad] How far a palm is tilted back about the wrist until it is out of what it holds."""
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnHand:
+    """Spheres (S, 3), (S,) [m] in the world in the place of those of a segment."""
+
+    segment: int
+    centre: Floats
+    radius: Floats
+
+
+@lru_cache(maxsize=64)
+def closed_hands(
+    placed: Placed, pose: int, environment: Environment | None
+) -> tuple[DrawnHand, ...]:
+    """Close the hands of a body that are at controls.
+
+    Parameters
+    ----------
+    placed, pose
+        The body, and which of its poses.
+    environment
+        Its surroundings with their controls; None where there are none.
+
+    Returns
+    -------
+    tuple
+        A hand for each that holds something; none of a body without the landmarks of a hand.
+    """
+    if environment is None or not environment.controls:
+        return ()
+    body = placed.body[int(placed.person[pose])]
+    found = []
+    for name in HANDS:
+        for control in environment.controls:
+            if control.own_parts and not control.for_feet and body.has(f"{name[0].upper()}HN"):
+                drawn = _closed(body, placed.world_from_segment[pose], environment, name, control)
+                if drawn is not None:
+                    found.append(drawn)
+                    break
+    return tuple(found)
+
+
+def _closed(
+    body: Body, world: Floats, environment: Environment, name: str, control: Control
+) -> DrawnHand | None:
+    """A hand closed on a control, None where it is not at it."""
+    try:
+        arm = limb(body, name, grip=control.grip)
+        if np.linalg.norm(world[arm.end] @ np.append(arm.tip[0], 1.0) - control.at) > AT:
+            return None
+        hand = _hand_of(body, name)
+    except InputError:  # a body without a landmark is drawn as it is
+        return None
+    chosen = grasp(_GRASPS[control.grip])
+    place = _place(body, arm, hand.grip_point(chosen))
+    place = world[arm.end, :, :3] @ place + np.c_[np.zeros((3, 3)), world[arm.end, :, 3]]
+    parts = [environment.part_index(part) for part in control.own_parts]
+    place = _tilted(hand, chosen.begin, place, environment, parts)
+    closed = close_hand(hand, chosen, _gap(environment, parts, place))
+    return DrawnHand(arm.end, _in_world(place, closed.centres), hand.radius)
+
+
+def _hand_of(body: Body, name: str) -> Hand:
+    """The hand of a body by its measures; what is worn over the palm is a glove on it."""
+    size = measure(body, ["hand_length", "hand_breadth"])
+    side = name.split()[0]
+    own = body.spheres(body.segment(f"{side[0].upper()}HN"))
+    radius = dict(zip(body.sphere_names[own], body.radius[0, own].tolist(), strict=True))
+    worn = [value for key, value in radius.items() if key.startswith("palm (")]
+    glove = max([value - radius["palm"] for value in worn], default=0.0)
+    return Hand(size["hand_length"] - glove, size["hand_breadth"] - 2 * glove, glove, side)
+
+
+def _place(body: Body, arm: Limb, grip_point: Floats) -> Floats:
+    """(3, 4) the hand's axes in those of its segment: its grip point and the body's own in the same
+    direction from the wrist, at the same distance."""
+    ahead, back = (body.directions[arm.end, DIRECTIONS.index(way)] for way in ("top", "back"))
+    axes = np.column_stack([ahead, cross(back, ahead), back])
+    wrist = body.joint_in_child[0, arm.end - 1]
+    own = arm.tip[0] - wrist
+    turn = _least_turn(axes @ grip_point, own) @ axes
+    return np.column_stack([turn, wrist + own - turn @ grip_point])
+
+
+def _least_turn(one: Floats, other: Floats) -> Floats:
+    """(3, 3) the least rotation that turns a vector into the direction of another one: with unit
+    vectors a and b and v = a x b, R = 1 + [v] + [v]^2 / (1 + a b)."""
+    a, b = one / np.linalg.norm(one), other / np.linalg.norm(other)
+    v = cross(a, b)
+    skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    return np.asarray(np.eye(3) + skew + skew @ skew / (1.0 + a @ b))
+
+
+def _tilted(
+    hand: Hand, angles: Floats, place: Floats, environment: Environment, parts: list[int]
+) -> Floats:
+    """(3, 4) the hand tilted back about its wrist until the palm is out of the parts, or as little
+    in them as may be: reaches let it be in them as deep as flesh gives way."""
+    cosine, sine = np.cos(_TILTS), np.sin(_TILTS)
+    turns = np.tile(np.eye(3), (len(_TILTS), 1, 1))
+    turns[:, 0, 0] = turns[:, 2, 2] = cosine
+    turns[:, 2, 0], turns[:, 0, 2] = sine, -sine
+    palm = np.einsum("tij,sj->tsi", turns, hand.centres(angles)[40:])
+    away = _gap(environment, parts, place)(palm.reshape(-1, 3)).reshape(palm.shape[:2])
+    room = (away - hand.radius[40:]).min(axis=1)
+    best = int(np.argmax(np.minimum(room, 0.0)))
+    return np.column_stack([place[:, :3] @ turns[best], place[:, 3]])
+
+
+def _gap(environment: Environment, parts: list[int], place: Floats) -> Gap:
+    """Signed distances of points in a hand's axes to some parts."""
+
+    def gap(points: Floats) -> Floats:
+        count = len(points)
+        each = np.arange(count)
+        rows = np.zeros((count, len(parts), 4), dtype=np.int64)
+        rows[:, :, 0] = rows[:, :, 1] = each[:, None]
+        rows[:, :, 2] = parts
+        task = ClearanceTask(
+            each, np.arange(count + 1), rows.reshape(-1, 4), np.zeros(count * len(parts))
+        )
+        balls = _in_world(place, points)[None], np.zeros((1, count)), np.zeros((1, 3))
+        away: Floats = least_clearances(balls, task, environment, count, threads=1).distance[0]
+        return away
+
+    return gap
+
+
+def _in_world(place: Floats, points: Floats) -> Floats:
+    found: Floats = points @ place[:, :3].T + place[:, 3]
+    return found
