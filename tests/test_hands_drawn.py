@@ -56,7 +56,7 @@ def test_a_hand_at_a_lever_is_drawn_around_it_and_not_pierced_by_it(placed, hold
 
 
 def test_only_the_spheres_of_that_hand_are_others(placed, holding):
-    shown = Scene((SceneBody(placed),), holding).spheres
+    shown = Scene((SceneBody(placed, holds=holding),), holding).spheres
     plain = Scene((SceneBody(placed),), replace(holding, controls=())).spheres
     (hand,) = closed_hands(placed, 0, holding)
     kept = np.flatnonzero(placed.body.sphere_segment != hand.segment)
@@ -66,7 +66,7 @@ def test_only_the_spheres_of_that_hand_are_others(placed, holding):
 
 
 def test_an_outline_has_the_closed_hand(placed, holding):
-    shown = Scene((SceneBody(placed),), holding)
+    shown = Scene((SceneBody(placed, holds=holding),), holding)
     (hand,) = closed_hands(placed, 0, holding)
     arcs = outline_arcs(shown, standard_view("left", shown.bounds, width=300, height=300))
     own = len(shown.spheres.radius) - len(hand.radius)
@@ -82,7 +82,7 @@ def test_a_hand_that_is_not_at_a_control_is_drawn_as_the_body_has_it(placed, hol
 
 def test_a_turnable_picture_shows_the_same_hand_and_has_it_red_where_it_fails(placed, holding):
     (hand,) = closed_hands(placed, 0, holding)
-    (view,) = scene_view(Scene((SceneBody(placed),), holding)).bodies
+    (view,) = scene_view(Scene((SceneBody(placed, holds=holding),), holding)).bodies
     assert np.array_equal(view.centres[0, -len(hand.radius) :], hand.centre)
     assert len(view.spheres) == len(view.segment) == len(view.radius) == view.centres.shape[1]
     first = placed.body.spheres(hand.segment).start
@@ -95,3 +95,9 @@ def test_a_body_without_hands_and_one_without_controls_are_drawn_as_they_are(hol
     dog = wb.load_body("dog")
     standing = wb.place(dog, wb.pose(dog, {}))
     assert closed_hands(standing, 0, holding) == ()
+
+
+def test_a_cut_open_cockpit_is_drawn_with_the_same_hand(placed, holding):
+    (hand,) = closed_hands(placed, 0, holding)
+    shown = Scene((SceneBody(placed, holds=holding),), replace(holding, controls=()))
+    assert np.array_equal(shown.spheres.centre[-len(hand.radius) :], hand.centre)

@@ -25,6 +25,8 @@ class SceneBody:
     pose: int = 0
     colour: str = "warm"
     """A key of `colours.FAMILIES`."""
+    holds: Environment | None = None
+    """The surroundings, whole, whose controls the hands hold; None: hands are as the body has them."""
 
     def __post_init__(self) -> None:
         if not -len(self.placed.centres) <= self.pose < len(self.placed.centres):
@@ -90,7 +92,7 @@ class Scene:
         """The spheres of all bodies in turn, without those outside a body's logical window."""
         columns = [Spheres(np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64))]
         for index, shown in enumerate(self.bodies):
-            centre, radius, _ = window_spheres(shown, self.environment)
+            centre, radius, _ = window_spheres(shown)
             columns.append(Spheres(centre, radius, np.full(len(centre), index, dtype=np.int64)))
         return Spheres(*(np.concatenate(column) for column in zip(*columns, strict=True)))
 
@@ -108,14 +110,12 @@ class Scene:
         return np.array([low.min(axis=0), high.max(axis=0)])
 
 
-def window_spheres(
-    shown: SceneBody, environment: Environment | None
-) -> tuple[Floats, Floats, Ints]:
+def window_spheres(shown: SceneBody) -> tuple[Floats, Floats, Ints]:
     """Return centres (S, 3) and radii (S,) [m] of the spheres in a body's logical window, of hands
     at controls as they hold them, which come last; and their segments (S,)."""
     placed = shown.placed
     body = placed.body
-    hands = closed_hands(placed, shown.pose, environment)
+    hands = closed_hands(placed, shown.pose, shown.holds)
     window = placed.window.copy()
     window[[hand.segment for hand in hands]] = False
     inside = window[body.sphere_segment]

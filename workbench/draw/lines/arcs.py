@@ -355,6 +355,6 @@ def _scene_segments(scene: Scene) -> tuple[Ints, Bools]:
     joined = np.zeros((first[-1], first[-1]), dtype=np.bool_)
     numbers = [np.empty(0, dtype=np.int64)]
     for shown, low, high in zip(scene.bodies, first[:-1], first[1:], strict=True):
-        numbers.append(low + window_spheres(shown, scene.environment)[2])
+        numbers.append(low + window_spheres(shown)[2])
         joined[low:high, low:high] = shown.placed.body.adjacent
     return np.concatenate(numbers), joined

@@ -228,7 +228,7 @@ def scene_view(scene: Scene, names: Sequence[str] = ()) -> WebView:
     shown = [*scene.bodies, *scene.ghosts]
     called = [*names, *(_name(body) for body in shown[len(names) :])]
     bodies = tuple(
-        replace(_one(body, name, scene.environment), ghost=k >= len(scene.bodies))
+        replace(_one(body, name), ghost=k >= len(scene.bodies))
         for k, (body, name) in enumerate(zip(shown, called, strict=True))
     )
     return WebView(
@@ -240,7 +240,7 @@ def _name(shown: SceneBody) -> str:
     return shown.placed.body.name
 
 
-def _one(shown: SceneBody, name: str, environment: Environment | None) -> WebBody:
+def _one(shown: SceneBody, name: str) -> WebBody:
     pose = shown.pose % len(shown.placed)
     here = slice(pose, pose + 1)
-    return body_view(shown.placed, name, shown.colour, frames=here, environment=environment)
+    return body_view(shown.placed, name, shown.colour, frames=here, environment=shown.holds)
