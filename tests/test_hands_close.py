@@ -154,6 +154,8 @@ def test_all_grasps_are_within_the_ranges_and_close_on_nothing_to_their_ends():
     assert set(grasps()) >= {*CLOSING, "fingertip_push", "thumb_push"}
     for name in grasps():
         found = close_hand(MAN, grasp(name), nothing)
+        assert limits(replace(found, angles=grasp(name).begin)).min() > -1e-9
+        assert limits(found).min() > -1e-9
         assert not found.touching.any() and np.isinf(found.gap).all() and found.depth == 0.0
         still = np.all(grasp(name).begin == grasp(name).end, axis=1)
         assert np.array_equal(found.angles[still], grasp(name).begin[still])
@@ -164,10 +166,10 @@ def test_all_grasps_are_within_the_ranges_and_close_on_nothing_to_their_ends():
 @pytest.mark.parametrize(
     ("size", "words"),
     [
-        ((1.9, 0.09), "hand.length: expected 0.06 to 0.33 m, got 1.9"),
-        ((0.19, 0.5), "hand.breadth: expected 0.03 to 0.15 m, got 0.5"),
-        ((0.19, 0.09, -0.001), "hand.glove: expected 0 to 0.02 m, got -0.001"),
-        ((float("nan"), 0.09), "hand.length: expected 0.06 to 0.33 m, got nan"),
+        ((1.9, 0.09), r"hand_length 1900 mm is not a person's \(65 to 330 mm is\)"),
+        ((0.19, 0.5), "hand_breadth 500 mm is not a person's"),
+        ((0.19, 0.09, -0.001), "hand.glove: expected 0 to 20 mm, got -1 mm"),
+        ((float("nan"), 0.09), "hand_length nan mm is not a person's"),
         ((0.19, 0.09, 0.0, "up"), "hand.side: expected 'left' or 'right', got 'up'"),
     ],
 )
@@ -187,9 +189,6 @@ def test_a_grasp_beyond_the_ranges_is_refused():
     begin = np.array(grasp("power").begin)
     begin[2, 0] = np.radians(-40)
     with pytest.raises(InputError, match="middle, angle 1: expected -30 to 90 degrees, got -40"):
-        close_hand(MAN, replace(grasp("power"), begin=begin), nothing)
-    begin[2, 0] = np.radians(35)
-    with pytest.raises(InputError, match="knuckles of neighbours differ by 45 degrees"):
         close_hand(MAN, replace(grasp("power"), begin=begin), nothing)
 
 

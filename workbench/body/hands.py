@@ -29,6 +29,7 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.files.study.rules import load_rule_set
 from workbench.model.arrays import Bools, Floats
+from workbench.model.measures import check_plausible
 from workbench.model.quaternions import cross
 from workbench.model.rule_set import RuleSet
 
@@ -52,10 +53,8 @@ Gap = Callable[[Floats], Floats]
 """Signed distances (M,) [m] of points (M, 3) [m] in the hand's axes to what is held, negative in it."""
 TOUCH = 1e-4
 """A sphere nearer than this [m] touches."""
-LENGTHS = (0.06, 0.33)
-"""[m] Lengths of hands, from a small child to a giant, as of the measure hand_length."""
-BREADTHS = (0.03, 0.15)
-"""[m] Breadths, as of the measure hand_breadth."""
+_THICKEST = 0.02
+"""[m] Thickest glove."""
 _AT = np.array([0, 0, 0, 1, 1, 2, 2, 2])
 """The link that each of the eight spheres of a digit is on."""
 _ALONG = np.array([0, 1 / 3, 2 / 3, 0, 1 / 2, 0, 1 / 2, 1])
@@ -161,13 +160,10 @@ class Hand:
     side: str = "right"
 
     def __post_init__(self) -> None:
-        for what, value, (low, high) in (
-            ("length", self.length, LENGTHS),
-            ("breadth", self.breadth, BREADTHS),
-            ("glove", self.glove, (0.0, 0.02)),
-        ):
-            if not low <= value <= high:
-                raise InputError(f"hand.{what}: expected {low:g} to {high:g} m, got {value:g}")
+        check_plausible({"hand_length": self.length, "hand_breadth": self.breadth})
+        if not 0.0 <= self.glove <= _THICKEST:
+            given = 1000 * self.glove
+            raise InputError(f"hand.glove: expected 0 to {1000 * _THICKEST:g} mm, got {given:g} mm")
         if self.side not in ("left", "right"):
             raise InputError(f"hand.side: expected 'left' or 'right', got {self.side!r}")
 
@@ -365,10 +361,11 @@ def _opened(hand: Hand, chosen: Grasp, gap: Gap) -> Floats:
     opened first, the thumb into the plane of the palm and the fingers backward, together and as far
     as those allow that stay: the least that is clear, or else where the worst is least deep."""
     still = np.all(chosen.begin == chosen.end, axis=1)
-    place = _places(_rules()["knuckles_apart"])
-    held = np.where(still[1:], chosen.begin[1:, 0], -np.pi) - np.abs(place[:, None] - place)
+    tied = np.where(still[1:], chosen.begin[1:, 0], -np.pi)
     back = np.array(chosen.begin)
-    back[1:, 0] = np.maximum(_rules()["least"][1:, 0], held.max(axis=1))
+    back[1:, 0] = np.maximum(
+        _rules()["least"][1:, 0], -_near_neighbours(-tied, _rules()["knuckles_apart"])
+    )
     back[0, 3] = 0.0
     back[still] = chosen.begin[still]
     ways = chosen.begin + np.linspace(0.0, 1.0, _OPENINGS)[:, None, None] * (back - chosen.begin)
@@ -381,14 +378,9 @@ def _opened(hand: Hand, chosen: Grasp, gap: Gap) -> Floats:
     return found
 
 
-def _places(apart: Floats) -> Floats:
-    """(4,) [rad] places of the fingers on a line, so that two may differ by how far these are apart."""
-    return np.concatenate([[0.0], np.cumsum(apart)])
-
-
 def _near_neighbours(bent: Floats, apart: Floats) -> Floats:
     """(4,) [rad] flexion of the fingers, less where a neighbour's is less by more than `apart` (3,)."""
-    place = _places(apart)
+    place = np.concatenate([[0.0], np.cumsum(apart)])
     most = bent[None] + np.abs(place[:, None] - place[None])
     return np.asarray(most.min(axis=1))
 
@@ -464,8 +456,7 @@ def _own_hand(hand: Hand, centres: Floats, radius: Floats, digits: slice) -> Flo
 
 
 def _check(chosen: Grasp) -> None:
-    """InputError where a grasp is beyond the ranges of the joints, or begins with fingers that differ
-    by more than they can."""
+    """InputError where a grasp is beyond the ranges of the joints."""
     rules = _rules()
     low, high = rules["least"], rules["most"]
     for angles in (chosen.begin, chosen.end):
@@ -477,19 +468,6 @@ def _check(chosen: Grasp) -> None:
                 f"grasp {chosen.name}: {DIGITS[at[0]]}, angle {at[1] + 1}: expected {least:g} to "
                 f"{most:g} degrees, got {got:g}"
             )
-    knuckle, middle, last = chosen.begin[1:, :3].T
-    for what, differ, most in (
-        ("knuckles of neighbours", np.diff(knuckle), rules["knuckles_apart"]),
-        ("middle joints of neighbours", np.diff(middle), rules["middles_apart"]),
-        (
-            "last joint and its share of the middle one",
-            last - rules.number("last_joint") * middle,
-            rules["last_joint_free"],
-        ),
-    ):
-        if np.any(np.abs(differ) > most + 1e-9):
-            worst = np.degrees(np.abs(differ).max())
-            raise InputError(f"grasp {chosen.name}: {what} differ by {worst:.0f} degrees, too much")
 
 
 def close_on_cylinder(hand: Hand, diameter: float, *, chosen: str = "power") -> ClosedHand:

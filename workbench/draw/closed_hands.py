@@ -21,7 +21,7 @@ from workbench.model.arrays import Floats
 from workbench.model.body import DIRECTIONS, Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Placed
-from workbench.model.quaternions import cross
+from workbench.model.quaternions import cross, matrices, shortest
 from workbench.posture.reaching.limbs import HANDS, Limb, limb
 
 __all__ = ["DrawnHand", "closed_hands"]
@@ -83,9 +83,10 @@ def _closed(
         arm = limb(body, name, grip=control.grip)
         if np.linalg.norm(world[arm.end] @ np.append(arm.tip[0], 1.0) - control.at) > AT:
             return None
-        hand = _hand_of(body, name)
+        size = measure(body, ["hand_length", "hand_breadth"])
     except InputError:  # a body without a landmark is drawn as it is
         return None
+    hand = Hand(size["hand_length"], size["hand_breadth"], side=name.split()[0])
     chosen = grasp(_GRASPS[control.grip])
     place = _place(body, arm, hand.grip_point(chosen))
     place = world[arm.end, :, :3] @ place + np.c_[np.zeros((3, 3)), world[arm.end, :, 3]]
@@ -95,17 +96,6 @@ def _closed(
     return DrawnHand(arm.end, _in_world(place, closed.centres), hand.radius)
 
 
-def _hand_of(body: Body, name: str) -> Hand:
-    """The hand of a body by its measures; what is worn over the palm is a glove on it."""
-    size = measure(body, ["hand_length", "hand_breadth"])
-    side = name.split()[0]
-    own = body.spheres(body.segment(f"{side[0].upper()}HN"))
-    radius = dict(zip(body.sphere_names[own], body.radius[0, own].tolist(), strict=True))
-    worn = [value for key, value in radius.items() if key.startswith("palm (")]
-    glove = max([value - radius["palm"] for value in worn], default=0.0)
-    return Hand(size["hand_length"] - glove, size["hand_breadth"] - 2 * glove, glove, side)
-
-
 def _place(body: Body, arm: Limb, grip_point: Floats) -> Floats:
     """(3, 4) the hand's axes in those of its segment: its grip point and the body's own in the same
     direction from the wrist, at the same distance."""
@@ -113,17 +103,10 @@ def _place(body: Body, arm: Limb, grip_point: Floats) -> Floats:
     axes = np.column_stack([ahead, cross(back, ahead), back])
     wrist = body.joint_in_child[0, arm.end - 1]
     own = arm.tip[0] - wrist
-    turn = _least_turn(axes @ grip_point, own) @ axes
+    given = axes @ grip_point
+    ways = given / np.linalg.norm(given), own / np.linalg.norm(own)
+    turn = matrices(shortest(*ways)) @ axes
     return np.column_stack([turn, wrist + own - turn @ grip_point])
-
-
-def _least_turn(one: Floats, other: Floats) -> Floats:
-    """(3, 3) the least rotation that turns a vector into the direction of another one: with unit
-    vectors a and b and v = a x b, R = 1 + [v] + [v]^2 / (1 + a b)."""
-    a, b = one / np.linalg.norm(one), other / np.linalg.norm(other)
-    v = cross(a, b)
-    skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    return np.asarray(np.eye(3) + skew + skew @ skew / (1.0 + a @ b))
 
 
 def _tilted(
