@@ -7,6 +7,7 @@ size, hung on the person's wrist so that its grip point is in the same direction
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,9 +15,8 @@ import numpy as np
 
 from workbench.body.hands import Gap, Hand, close_hand, grasp
 from workbench.body.scaling.measure import measure
-from workbench.contact.batches import least_clearances
-from workbench.contact.kernels.clearance import ClearanceTask
 from workbench.errors import InputError
+from workbench.geometry.nearest import Solid, build_solid, mesh_distance
 from workbench.model.arrays import Floats
 from workbench.model.body import DIRECTIONS, Body
 from workbench.model.environment import Control, Environment
@@ -28,6 +28,8 @@ __all__ = ["DrawnHand", "closed_hands"]
 
 AT = 0.015
 """A hand is at a control if it is nearer than this [m]: postures that are written by eye are as near."""
+NEAR = 0.4
+"""What of a control is farther from its point than this [m] along an axis is out of a hand's reach."""
 _GRASPS = {"push": "fingertip_push", "pinch": "tip_pinch", "grasp": "power"}
 """The grasp of each grip of a control."""
 _TILTS = np.radians(np.arange(0.0, 41.0, 2.0))
@@ -90,9 +92,9 @@ def _closed(
     chosen = grasp(_GRASPS[control.grip])
     place = _place(body, arm, hand.grip_point(chosen))
     place = world[arm.end, :, :3] @ place + np.c_[np.zeros((3, 3)), world[arm.end, :, 3]]
-    parts = [environment.part_index(part) for part in control.own_parts]
-    place = _tilted(hand, chosen.begin, place, environment, parts)
-    closed = close_hand(hand, chosen, _gap(environment, parts, place))
+    surfaces = _surfaces(environment, control)
+    place = _tilted(hand, chosen.begin, place, surfaces)
+    closed = close_hand(hand, chosen, _gap(surfaces, place))
     return DrawnHand(arm.end, _in_world(place, closed.centres), hand.radius)
 
 
@@ -110,7 +112,7 @@ def _place(body: Body, arm: Limb, grip_point: Floats) -> Floats:
 
 
 def _tilted(
-    hand: Hand, angles: Floats, place: Floats, environment: Environment, parts: list[int]
+    hand: Hand, angles: Floats, place: Floats, surfaces: Sequence[tuple[Solid, bool]]
 ) -> Floats:
     """(3, 4) the hand tilted back about its wrist until the palm is out of the parts, or as little
     in them as may be: reaches let it be in them as deep as flesh gives way."""
@@ -119,27 +121,38 @@ def _tilted(
     turns[:, 0, 0] = turns[:, 2, 2] = cosine
     turns[:, 2, 0], turns[:, 0, 2] = sine, -sine
     palm = np.einsum("tij,sj->tsi", turns, hand.centres(angles)[40:])
-    away = _gap(environment, parts, place)(palm.reshape(-1, 3)).reshape(palm.shape[:2])
+    away = _gap(surfaces, place)(palm.reshape(-1, 3)).reshape(palm.shape[:2])
     room = (away - hand.radius[40:]).min(axis=1)
     best = int(np.argmax(np.minimum(room, 0.0)))
     return np.column_stack([place[:, :3] @ turns[best], place[:, 3]])
 
 
-def _gap(environment: Environment, parts: list[int], place: Floats) -> Gap:
-    """Signed distances of points in a hand's axes to some parts."""
+def _surfaces(environment: Environment, control: Control) -> list[tuple[Solid, bool]]:
+    """The own parts of a control, as far as they are near it, and which of them are solid: an index
+    of all parts would be made anew for each person whose seat stands elsewhere."""
+    found = []
+    for part in map(environment.part_index, control.own_parts):
+        corners = environment.triangle_corners(part)
+        away = np.maximum(corners.min(axis=1) - control.at, control.at - corners.max(axis=1))
+        near = corners[away.max(axis=1) < NEAR].reshape(-1, 3)
+        if len(near):
+            vertices, faces = np.unique(near, axis=0, return_inverse=True)
+            solid = build_solid(vertices, faces.reshape(-1, 3))
+            found.append((solid, bool(environment.solid[part])))
+    return found
+
+
+def _gap(surfaces: Sequence[tuple[Solid, bool]], place: Floats) -> Gap:
+    """Signed distances of points in a hand's axes to some surfaces."""
 
     def gap(points: Floats) -> Floats:
-        count = len(points)
-        each = np.arange(count)
-        rows = np.zeros((count, len(parts), 4), dtype=np.int64)
-        rows[:, :, 0] = rows[:, :, 1] = each[:, None]
-        rows[:, :, 2] = parts
-        task = ClearanceTask(
-            each, np.arange(count + 1), rows.reshape(-1, 4), np.zeros(count * len(parts))
-        )
-        balls = _in_world(place, points)[None], np.zeros((1, count)), np.zeros((1, 3))
-        away: Floats = least_clearances(balls, task, environment, count, threads=1).distance[0]
-        return away
+        at = np.ascontiguousarray(_in_world(place, points))
+        least = np.full(len(at), np.inf)
+        for surface, solid in surfaces:
+            away = np.empty(len(at))
+            mesh_distance(at, surface, away, np.empty(len(at), dtype=np.int64), np.empty_like(at))
+            least = np.minimum(least, away if solid else np.abs(away))
+        return least
 
     return gap
 
