@@ -180,7 +180,12 @@ def _result_source(result: Result, case: str | None) -> Source:
             "without 'case'" + ("" if shown else ", and everybody fits")
         )
     return Source(
-        Scene((SceneBody(shown[0].placed),), shown[0].environment, (), result.study.title)
+        Scene(
+            (SceneBody(shown[0].placed, holds=shown[0].environment),),
+            shown[0].environment,
+            (),
+            result.study.title,
+        )
     )
 
 
