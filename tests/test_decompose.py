@@ -179,6 +179,16 @@ def test_the_same_seed_gives_the_same_spheres_and_another_others(torus):
     assert one.centre.shape != other.centre.shape or not np.allclose(one.centre, other.centre)
 
 
+def test_the_last_digits_of_a_surface_choose_no_other_spheres(torus):
+    noise = 1e-16 * np.random.default_rng(3).standard_normal(torus.vertices.shape)
+    one, other = (
+        decompose(sealed(vertices, torus.faces), outward=0.004, inward=0.004, **RADII)
+        for vertices in (torus.vertices, torus.vertices + noise)
+    )
+    assert len(one.radius) == len(other.radius)
+    np.testing.assert_allclose(other.centre, one.centre, atol=1e-7)
+
+
 def test_a_joint_sphere_stands_exactly_where_asked(capsule):
     fit = decompose(
         capsule, outward=0.004, inward=0.004, joints=[[0, 0, 0.1], [0.01, 0, -0.12]], **RADII
