@@ -26,7 +26,7 @@ from workbench.body.people.share import percent, percent_number
 from workbench.draw.contours import kernel_regression, level_loops, median_spacing
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
-from workbench.model.reason import NO_REASON, TOO_SHORT, Reason
+from workbench.model.criterion import NO_REASON, TOO_SHORT, Reason
 from workbench.report.page import page
 from workbench.report.population.charts import (
     bar,

@@ -12,9 +12,8 @@ from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.model.accommodation import Requirement
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import TOO_SHORT, Criterion, Reason
 from workbench.model.environment import Control, OwnPiece
-from workbench.model.reason import TOO_SHORT, Reason
 from workbench.model.result import ControlReach
 from workbench.model.units import UNITS
 from workbench.report.population.words import spare_words

@@ -15,7 +15,7 @@ from tests.test_accommodation_page import FLAPS
 from workbench.draw.lines.svg import compacted
 from workbench.draw.web.packing import Packing
 from workbench.model.accommodation import Gain
-from workbench.model.population_found import ChangedPerson, TriedChange
+from workbench.model.result import ChangedPerson, TriedChange
 from workbench.report.page import page
 from workbench.report.population.section import population_sections
 from workbench.report.postures.moved import moved_sections

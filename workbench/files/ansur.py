@@ -22,8 +22,7 @@ from workbench.errors import InputError, UsageError, one_of, printable
 from workbench.files.opening import BYTE_ORDER_MARK, read_whole
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats
-from workbench.model.measures import MASS, MEASURES, check_measures
-from workbench.model.population import SEXES, Population
+from workbench.model.population import MASS, MEASURES, SEXES, Population, check_measures
 
 __all__ = [
     "BODY_MASS_INDEX",
@@ -138,21 +137,16 @@ def _people(
     weight = np.ones(len(table.lines))
     for column in weighed:
         weight = raw[column]
-        faults += _weight_faults(table, column, weight)
+        faults += [
+            f"{table.path}:{table.lines[row]}: {column}: a weight is positive, got {weight[row]:g}"
+            for row in np.flatnonzero(weight <= 0)
+        ]
     if faults:
         more = len(faults) - MOST_TOLD
         last = [f"{table.path}: … and {more} more"] if more > 0 else []
         raise InputError(faults[:MOST_TOLD] + last)
     labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
     return Population(measures, np.array(sex), weight, values, table.path.name, labels)
-
-
-def _weight_faults(table: _Table, column: str, weight: Floats) -> list[str]:
-    """A line for each person (P,) whose weight is not positive."""
-    return [
-        f"{table.path}:{table.lines[row]}: {column}: a weight is positive, got {weight[row]:g}"
-        for row in np.flatnonzero(weight <= 0)
-    ]
 
 
 def _measured(
@@ -274,11 +268,17 @@ def _absurd_words(
 def _table(path: Path) -> _Table:
     """The cells of a CSV file; InputError where it is none, or a row has too many or few cells."""
     data = read_whole(path, "a CSV file", most=MOST_BYTES).removeprefix(BYTE_ORDER_MARK)
+    if b"\0" in data:
+        raise InputError(
+            f"{path}: not text of one byte a letter (UTF-16?): save it as CSV in UTF-8"
+        )
     text = printable(data.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n"))
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
         words = [cell.strip().lower() for cell in next(reader, [])]
         stated = [_STATED.fullmatch(word) for word in words]
+        if len(words) == 1 and (found := re.search("[;\t]", words[0])):
+            raise InputError(f"{path}:1: columns are parted by {found[0]!r}: save it with commas")
         named = [found[1] if found else word for found, word in zip(stated, words, strict=True)]
         header = [_OWN.get(name, name).replace("_", "") for name in named]
         rows = [(reader.line_num, row) for row in reader if row]

@@ -13,7 +13,7 @@ from workbench.draw.control_region import control_region_svg
 from workbench.files.output_folder import write_folder
 from workbench.model.arrays import Floats
 from workbench.model.control_region import ControlRegion
-from workbench.model.figures import plain
+from workbench.model.units import plain
 
 __all__ = ["place_words", "region_lines", "region_table", "write_region"]
 

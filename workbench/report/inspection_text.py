@@ -98,4 +98,4 @@ def _is_turned(part: PartSize) -> bool:
 
 
 def _numbers(metres: Iterable[float], between: str = " ") -> str:
-    return between.join(f"{1e3 * value:.5g}" for value in metres)
+    return between.join(f"{round(1e3 * value, 3) + 0.0:.5g}" for value in metres)

@@ -212,6 +212,7 @@ def _method(result: Result) -> dict[str, object]:
         for role, action in zip(result.study.roles, case.actions, strict=True)
         if isinstance(action, PredictedPosture)
     ]
+    strong = [one.rule_set for one in result.study.criteria if one.check == "force"]
     return {
         "known": [name for name, known in stated.items() if known],
         "unknown": [name for name, known in stated.items() if not known],
@@ -221,4 +222,5 @@ def _method(result: Result) -> dict[str, object]:
         "most": f"{1000 * MOST_SPARE:.0f}",
         "envelopes": any(found.envelopes for found in result.postures),
         "motions": bool(result.motions),
+        "strength": sorted({rules.all_told for rules in strong if rules is not None}),
     }

@@ -9,9 +9,9 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
-from workbench.model.figures import plain
-from workbench.model.reason import NO_REASON, Reason, short_words
+from workbench.model.criterion import NO_REASON, Reason, short_words
 from workbench.model.result import Shortfall
+from workbench.model.units import plain
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated

@@ -21,11 +21,11 @@ from workbench.model.body import Body
 from workbench.model.bystander import Bystander
 from workbench.model.contacts import Clearance
 from workbench.model.content import content_key
+from workbench.model.criterion import Reason
 from workbench.model.driving import DrivingAims, Package
 from workbench.model.environment import Control, Environment, Seat
-from workbench.model.population import Population
+from workbench.model.population import Population, sex_index
 from workbench.model.poses import Placed, Poses
-from workbench.model.reason import Reason
 from workbench.model.surroundings import moved_along
 from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
@@ -196,6 +196,8 @@ class Situation:
         (B, 3) [m] of the parts that move with the own seat.
     spare
         (B, 2) [m] the travel that is left to the rear and to the front where the seat is wanted.
+    male
+        (B,) whether they are men; of somebody whose sex is not known True.
     bystanders
         Other people, whom the hands keep clear of.
     hand_miss, hand_overlap, hand_limit
@@ -210,6 +212,7 @@ class Situation:
     poses: Poses
     displacement: Floats
     spare: Floats
+    male: Bools
     bystanders: tuple[Bystander, ...] = ()
     hand_miss: Mapping[str, Floats] = field(default_factory=dict)
     hand_overlap: Mapping[str, Floats] = field(default_factory=dict)
@@ -321,6 +324,7 @@ class Situation:
             poses=self.poses.rows(keep),
             displacement=self.displacement[keep],
             spare=self.spare[keep],
+            male=self.male[keep],
             bystanders=self.bystanders,
             hand_miss=_rows_of(self.hand_miss, keep),
             hand_overlap=_rows_of(self.hand_overlap, keep),
@@ -615,7 +619,8 @@ def in_place(
     shift = np.zeros((len(who), 3)) if seated is None else seated.shift
     spare = np.full((len(who), 2), np.nan) if seated is None else seated.spare_travel[:, :2]
     beside = tuple(one.in_case(case) for one in place.beside)
-    found = Situation(place, case, who.body, taken, taken.poses, shift, spare, beside)
+    male = who.people.sex[who.numbers] == sex_index("male")
+    found = Situation(place, case, who.body, taken, taken.poses, shift, spare, male, beside)
     return found if heedless else with_clear_legs(found)
 
 

@@ -206,7 +206,7 @@ def scene_view(scene: Scene, names: Sequence[str] = ()) -> WebView:
         Names of the bodies; those of their body files if empty.
     """
     shown = [*scene.bodies, *scene.ghosts]
-    called = [*names, *(_name(body) for body in shown[len(names) :])]
+    called = [*names, *(body.placed.body.name for body in shown[len(names) :])]
     bodies = tuple(
         replace(_one(body, name), ghost=k >= len(scene.bodies))
         for k, (body, name) in enumerate(zip(shown, called, strict=True))
@@ -214,10 +214,6 @@ def scene_view(scene: Scene, names: Sequence[str] = ()) -> WebView:
     return WebView(
         scene.title, bodies, scene.environment, tuple(mark_view(mark) for mark in scene.marks)
     )
-
-
-def _name(shown: SceneBody) -> str:
-    return shown.placed.body.name
 
 
 def _one(shown: SceneBody, name: str) -> WebBody:

@@ -4,6 +4,7 @@ of a leg that enters the own body deeper than the one before, and than the body 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -101,14 +102,14 @@ def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = Fal
     return deep_in(task, angles, room).overlap
 
 
-def heeding(task: Task, angles: Floats, clear: Bools, before: Floats) -> Bools:
+def heeding(task: Task, angles: Floats, clear: Bools, before: Callable[[Ints], Floats]) -> Bools:
     """(P,) which of the clear legs at angles (P, K, 3) enter the own body no deeper than it allows, or
-    than before (P,) [m]."""
+    than before: that says how deep [m] some of them (N,) were."""
     rows = np.flatnonzero(clear)
     kept = np.zeros(len(clear), dtype=np.bool_)
     if len(rows):
         now = in_oneself(rows_of(task, rows), angles[rows])
-        kept[rows] = now <= np.maximum(before[rows], 0.0)
+        kept[rows] = now <= np.maximum(before(rows), 0.0)
     return kept
 
 

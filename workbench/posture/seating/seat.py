@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from workbench.model.arguments import short_repr
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.criterion import Reason
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
-from workbench.model.reason import Reason
 from workbench.posture.kernels.seat_search import SeatPlaces, new_seat_search, seat_rows
 from workbench.posture.kernels.sitting import PRESSED, ROW, TOTAL_DISCOMFORT, VISITED, Sitting
 from workbench.posture.reaching.chains import Task, apply

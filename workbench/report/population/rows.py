@@ -21,12 +21,11 @@ from workbench.files.results.population import (
 )
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Floats
-from workbench.model.figures import plain
-from workbench.model.measures import MASS
-from workbench.model.population import SEXES
-from workbench.model.population_found import PeopleOverlap, PopulationFound
-from workbench.model.reason import NO_REASON
+from workbench.model.criterion import NO_REASON
+from workbench.model.population import MASS, SEXES
+from workbench.model.result import PeopleOverlap, PopulationFound
 from workbench.model.study import PeopleDrawn, Study
+from workbench.model.units import plain
 from workbench.report.population.words import (
     certain_shares,
     dropping_words,

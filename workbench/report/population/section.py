@@ -19,13 +19,11 @@ from workbench.draw.web.views import WebMark, WebView, scene_view
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.body import Body
-from workbench.model.figures import plain
-from workbench.model.measures import MASS
 from workbench.model.person import Encumbrance
-from workbench.model.population import SEXES, Population
-from workbench.model.population_found import PopulationFound, Shown, TriedChange
+from workbench.model.population import MASS, SEXES, Population
 from workbench.model.reach import MOST_SPARE
-from workbench.model.units import UNITS
+from workbench.model.result import PopulationFound, Shown, TriedChange
+from workbench.model.units import UNITS, plain
 from workbench.posture.seating.seating import middle
 from workbench.report.circles import circle_figure
 from workbench.report.population.charts import (

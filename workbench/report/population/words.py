@@ -22,13 +22,11 @@ from workbench.model.accommodation import (
     most_missed,
 )
 from workbench.model.arrays import Bools, Floats
-from workbench.model.figures import plain
-from workbench.model.measures import MASS
-from workbench.model.population import SEXES
-from workbench.model.population_found import PopulationFound
+from workbench.model.criterion import NO_REASON, Reason
+from workbench.model.population import MASS, SEXES
 from workbench.model.reach import MOST_SPARE
-from workbench.model.reason import NO_REASON, Reason
-from workbench.model.units import UNITS, Unit
+from workbench.model.result import PopulationFound
+from workbench.model.units import UNITS, Unit, plain
 from workbench.study.accommodation.grips import grip_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.view import TOO_HIGH, TOO_LOW

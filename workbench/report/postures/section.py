@@ -20,8 +20,8 @@ from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
 from workbench.model.accommodation import OF_SIGHT
-from workbench.model.figures import plain, tenths
 from workbench.model.result import Finding, PersonFound, PosturesFound
+from workbench.model.units import plain, tenths
 from workbench.report.circles import circle_figure
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes import envelope_pictures

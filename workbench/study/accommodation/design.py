@@ -10,9 +10,8 @@ import numpy as np
 
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.figures import plain
 from workbench.model.study import Study
-from workbench.model.units import limit_unit_of
+from workbench.model.units import limit_unit_of, plain
 
 __all__ = ["changed_words", "design_of"]
 

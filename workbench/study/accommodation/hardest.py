@@ -12,8 +12,8 @@ from workbench.body.forward import place as place_body
 from workbench.model.accommodation import MET, most_missed
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.criterion import Finding
-from workbench.model.population_found import Shown
 from workbench.model.poses import Placed, Poses
+from workbench.model.result import Shown
 from workbench.posture.reaching.limbs import Limb, limb, limbs_there
 from workbench.posture.reaching.reach import reach
 from workbench.study.accommodation.chunks import Chunk, Question

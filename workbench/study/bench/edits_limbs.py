@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from workbench.errors import InputError, one_of
+from workbench.model.criterion import short_words
 from workbench.model.environment import Control
 from workbench.model.reach import Reach
-from workbench.model.reason import short_words
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.posture.reaching.reach import reach

@@ -11,8 +11,8 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.environment import Control
-from workbench.model.figures import plain
 from workbench.model.study import GivenPosture
+from workbench.model.units import plain
 from workbench.posture.reaching.limbs import FEET, limb
 from workbench.study.bench.answers import TOUCHES, Answer, PersonAnswer
 from workbench.study.bench.near import Someone, part_pairs
@@ -184,7 +184,7 @@ def troubles(opened: OpenStudy, found: Answer, row: int) -> Trouble:
     if words and seat is not None:
         goes = max(np.ptp(seat.travel_forward), np.ptp(seat.travel_up)) > 0.0
         offer = "predict" if given else "free" if goes and not person.state.free else ""
-    return Trouble(tuple(words), offer)
+    return Trouble(tuple(plain(line) for line in words), offer)
 
 
 def _off_words(role: str, off: tuple[LimbOff, ...]) -> list[str]:
@@ -192,7 +192,7 @@ def _off_words(role: str, off: tuple[LimbOff, ...]) -> list[str]:
     if not off:
         return []
     named = [
-        f"{one.limb} {1e3 * one.distance:.0f} mm from {plain(one.control)} "
+        f"{one.limb} {1e3 * one.distance:.0f} mm from {one.control} "
         f"({1e3 * one.before:.0f} mm as opened)"
         for one in off
     ]

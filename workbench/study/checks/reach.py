@@ -20,11 +20,10 @@ from workbench.body.forward import place, segment_frames
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import NO_REASON, Criterion, Reason
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
 from workbench.model.reach import DOUBTS, MOST_SPARE, Reach
-from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import WorkCase, Workplace
 from workbench.posture.balance import balance

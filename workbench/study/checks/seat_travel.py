@@ -16,9 +16,8 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Reason
 from workbench.model.environment import Control
-from workbench.model.reason import Reason
 from workbench.model.result import Finding
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation, moved_by_legs
