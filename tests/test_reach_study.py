@@ -17,6 +17,7 @@ from workbench import limb, load_study, scale
 from workbench.draw.scene_builder import build_source
 from workbench.model.criterion import Criterion
 from workbench.model.reach import DOUBTS
+from workbench.report.postures.envelopes import litres_taken
 from workbench.report.postures.rows import doubt_sentence
 from workbench.study.people import present_people
 from workbench.study.situation import position_of
@@ -275,3 +276,10 @@ def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():
 )
 def test_the_page_says_how_doubts_ended(ends, sentence):
     assert doubt_sentence([DOUBTS[end] for end in ends]) == sentence
+
+
+def test_the_litres_that_parts_take_of_an_envelope_add_up():
+    lost = dict(zip("abcdef", [0.0476, 0.0116, 0.0096, 0.0055, 0.0046, 0.0021], strict=True))
+    named, others, by_others = litres_taken({**lost, "": 0.0001})
+    assert [litres for _, litres in named] == [48, 12, 10, 5, 4]  # 81 in all, not 82
+    assert (others, by_others) == (2, 2)
