@@ -20,7 +20,7 @@ import numpy as np
 
 import workbench as wb
 from workbench.live.following import Following
-from workbench.live.seeing import Colours, FieldWork
+from workbench.live.looking import Colours, FieldWork
 from workbench.live.server import SWITCH
 from workbench.model.study import PeopleDrawn
 from workbench.model.surroundings import Move

@@ -20,9 +20,8 @@ from workbench.model.accommodation import (
     ReachMap,
     Requirement,
 )
-from workbench.model.criterion import Criterion
-from workbench.model.population_found import PopulationFound, Shown, TriedChange
-from workbench.model.reason import TOO_SHORT, Reason
+from workbench.model.criterion import TOO_SHORT, Criterion, Reason
+from workbench.model.result import PopulationFound, Shown, TriedChange
 from workbench.study.run import people_hash
 from workbench.study.workplaces import workplace_of
 

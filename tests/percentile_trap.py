@@ -9,8 +9,7 @@ import numpy as np
 
 from workbench.body.people.percentile import percentile_values
 from workbench.model.arrays import Bools, Floats
-from workbench.model.measures import COCKPIT, check_measures
-from workbench.model.population import SEXES, Population, PopulationModel
+from workbench.model.population import COCKPIT, SEXES, Population, PopulationModel, check_measures
 
 
 def inside_limits(people: Population, low: Floats, high: Floats) -> Bools:

@@ -12,8 +12,7 @@ from scipy.special import gammaln, stdtr, stdtrit
 from workbench import draw_people
 from workbench.body.people.draw import fit_population
 from workbench.model.arrays import Bools, Floats
-from workbench.model.measures import COCKPIT
-from workbench.model.population import SEXES, Population
+from workbench.model.population import COCKPIT, SEXES, Population
 
 __all__ = [
     "RULES",

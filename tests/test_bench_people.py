@@ -15,9 +15,8 @@ import workbench as wb
 from tests.conftest import ROOT
 from workbench.errors import InputError
 from workbench.files.study.saving import read_text
-from workbench.live.following import Following
+from workbench.live.following import COARSE, Following
 from workbench.live.protocol import parsed, unpacked
-from workbench.live.reach_maps import COARSE
 from workbench.model.accommodation import met_of
 from workbench.model.surroundings import Move
 from workbench.study.bench.criteria import PairLimit, asked_for

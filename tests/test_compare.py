@@ -23,7 +23,7 @@ from workbench.body.people.share import paired_share, share_of
 from workbench.cli import main
 from workbench.draw.web.packing import Packing
 from workbench.model.comparison import Judged
-from workbench.model.population_found import ChangedPerson
+from workbench.model.result import ChangedPerson
 from workbench.report.comparison.page import (
     change_sentence,
     changed_picture,

@@ -12,7 +12,7 @@ from tests.conftest import REFERENCE, needs_real_input
 from tests.family import write_family
 from workbench import measure
 from workbench.cli import main
-from workbench.model.measures import COCKPIT
+from workbench.model.population import COCKPIT
 
 BOUNDARY_CASES = REFERENCE / "boundary_cases_ansur2_95.csv"
 

@@ -21,6 +21,8 @@ from workbench.errors import InputError
 from workbench.files.environments import load_environment
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import axes_rotation
+from workbench.files.seat_figures import seat_figures
+from workbench.files.surface_planes import Surface, fitted_plane, grown_faces
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_text import parse_yaml
 from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
@@ -30,7 +32,6 @@ from workbench.study.describe.edits_things import placed_point, pointed, removed
 from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.people import seated_eye, seated_words
 from workbench.study.describe.piece_names import piece_names
-from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
 from workbench.study.describe.saving import (
     ForeignFileError,
     SavedPlace,
@@ -38,7 +39,6 @@ from workbench.study.describe.saving import (
     save_first_study,
     unfinished,
 )
-from workbench.study.describe.seats import seat_figures
 from workbench.study.describe.state import open_place, open_sizes, standing_of
 
 DOWN = (0.0, 0.0, -1.0)
@@ -104,6 +104,16 @@ def test_a_seat_of_boxes_gives_the_figures_it_was_made_to(cushion, back, yaw):
     angles = np.degrees([found.cushion_angle, found.back_angle, found.yaw])
     assert np.allclose(angles, [cushion, back, yaw], atol=1e-6)
     assert found.doubts == ()
+
+
+def test_a_cushion_of_slats_above_and_below_their_plane_has_its_middle_between_them():
+    """Two slats of 100 mm are 40 mm above their plane, the one of 200 mm between is as far below."""
+    square = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]])
+    rows = ((0.1, 0.1, 0.04), (0.2, 0.2, -0.04), (0.4, 0.1, 0.04))
+    slats = [square * [0.4, wide, 0] + [0, y, z] for y, wide, z in rows]
+    back = square[..., [2, 1, 0]] * [0, 0.4, 0.5] + [0, 0.1, 0]
+    found = seat_figures(np.concatenate(slats), back, np.zeros((1, 3)))
+    assert np.allclose(found.srp, [0.0, 0.3, 0.0], atol=1e-9)
 
 
 def test_on_a_bench_the_seat_is_where_it_was_clicked():

@@ -15,8 +15,7 @@ from workbench.body.people.growth import growth_people, growth_percentile, growt
 from workbench.body.people.share import share_of
 from workbench.cli import main
 from workbench.files.populations import load_growth
-from workbench.model.measures import MEASURES
-from workbench.model.population import SEXES
+from workbench.model.population import MEASURES, SEXES
 
 ANSUR2 = load_population_model("ansur2")
 GROWTH = load_growth()

@@ -24,10 +24,9 @@ from tests.conftest import ROOT
 from tests.web_page import served
 from workbench.cli import main
 from workbench.errors import InputError, has_controls
-from workbench.live.finding_places import place_of_finding
-from workbench.live.pages import MOST_ASKED, TOO_MUCH, Page, PageClosedError
+from workbench.live.frames import place_of_finding
+from workbench.live.pages import MOST_ASKED, MOST_WAITING, TOO_MUCH, Page, PageClosedError, Waiting
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, packed, parsed, unpacked
-from workbench.live.waiting import MOST_WAITING, Waiting
 from workbench.model.result import Finding
 from workbench.study.bench.answers import judged
 

@@ -12,8 +12,8 @@ import workbench as wb
 from tests.conftest import ROOT
 from workbench.errors import InputError
 from workbench.live.desk import Desk
+from workbench.live.looking import SavedState
 from workbench.live.protocol import parsed, unpacked
-from workbench.live.saved_state import SavedState
 from workbench.model.surroundings import Move, displaced
 from workbench.study.bench.edits import shifted
 

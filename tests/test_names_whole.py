@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 from tests.toy_cockpit import STUDY, write_toy
 from workbench.cli import main
 from workbench.model.accommodation import Requirement
-from workbench.model.reason import Kind, Reason
+from workbench.model.criterion import Kind, Reason
 from workbench.report.population.words import person_sentence
 
 FLAPS = Requirement("reach flaps", "engine and cabin", "reach", "flaps", 2)
@@ -124,4 +124,4 @@ def test_one_function_writes_names_for_reading():
     found = {
         path.relative_to(package).as_posix() for path in files if blank.search(path.read_text())
     }
-    assert found == {"model/figures.py", "draw/web/pick.js", "errors.py"}
+    assert found == {"model/units.py", "draw/web/pick.js", "errors.py"}

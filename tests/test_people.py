@@ -25,8 +25,7 @@ from workbench.body.people.conditional import condition, improbability
 from workbench.body.people.percentile import percentile_people, percentile_values
 from workbench.body.people.scores import scores_of
 from workbench.files.populations import load_growth
-from workbench.model.measures import COCKPIT, MEASURES
-from workbench.model.population import SEXES, Population
+from workbench.model.population import COCKPIT, MEASURES, SEXES, Population
 
 RAW = [
     SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")

@@ -16,8 +16,7 @@ from workbench.body.people.draw import fit_population
 from workbench.body.people.percentile import percentile_values
 from workbench.cli import main
 from workbench.files.populations import load_growth
-from workbench.model.measures import MEASURES
-from workbench.model.population import SEXES, Population, PopulationModel
+from workbench.model.population import MEASURES, SEXES, Population, PopulationModel
 
 RAW = [
     SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")

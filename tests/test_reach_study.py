@@ -119,7 +119,7 @@ def test_a_run_says_who_reaches_what_in_words(ran, tmp_path):
         r.sentence for r in rows.postures[0].reaches if r.control == "grab_handle" and r.zone == 1
     )
     assert re.fullmatch(
-        r"pilot, zone 1: the right hand stays \d+\.\d mm from grab_handle, limited by .+\.",
+        r"pilot, zone 1: the right hand stays \d+\.\d mm short of grab_handle, limited by .+\.",
         sentence,
     )
     assert not rows.passed and "<h2>Reach</h2>" in (tmp_path / "out" / "report.html").read_text()

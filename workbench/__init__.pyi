@@ -21,11 +21,11 @@ from .contact.collide import room as room
 from .contact.collide import room_of_poses as room_of_poses
 from .contact.collide import self_contacts as self_contacts
 from .contact.episodes import body_episodes as body_episodes
+from .contact.episodes import body_sweep as body_sweep
 from .contact.episodes import episodes as episodes
 from .contact.episodes import self_episodes as self_episodes
-from .contact.sweep import body_sweep as body_sweep
-from .contact.sweep import self_sweep as self_sweep
-from .contact.sweep import sweep as sweep
+from .contact.episodes import self_sweep as self_sweep
+from .contact.episodes import sweep as sweep
 from .draw.picture import render as render
 from .draw.scene_builder import scene_of as scene_of
 from .draw.web.notebook import view as view

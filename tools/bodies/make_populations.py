@@ -23,8 +23,7 @@ from pathlib import Path
 from workbench.body.people.draw import fit_population
 from workbench.files.ansur import raw_columns, read_ansur
 from workbench.files.populations import load_growth, load_population_model
-from workbench.model.measures import MASS, MEASURES
-from workbench.model.population import PopulationModel
+from workbench.model.population import MASS, MEASURES, PopulationModel
 
 __all__ = ["growth_text", "main", "people_text", "population_text"]
 

@@ -153,7 +153,7 @@ def _quantity(name: str, text: str) -> float:
     """Metres, or kilograms of a mass."""
     from workbench.body.scaling.measure import MEASURES
     from workbench.files.schema import to_metres
-    from workbench.model.measures import WORDS
+    from workbench.model.population import WORDS
 
     if name == "mass":
         number, _, unit = text.strip().partition(" ")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from workbench.files.results.comparison import ComparisonFile
     from workbench.files.results.result import ResultFile
     from workbench.model.comparison import Comparison, Judged
-    from workbench.model.population_found import ChangedPerson, PopulationFound
+    from workbench.model.result import ChangedPerson, PopulationFound
     from workbench.model.study import Study
 
 __all__ = ["compare"]
@@ -124,7 +124,7 @@ def _seen(
     found: Comparison, before: PopulationFound | None, after: PopulationFound | None
 ) -> ChangedPerson | None:
     """Somebody who gains or loses in both designs; None unless both studies were run now."""
-    from workbench.model.population_found import ChangedPerson
+    from workbench.model.result import ChangedPerson
     from workbench.report.comparison.page import person_to_show
     from workbench.study.accommodation.accommodation import person_shown
 

@@ -10,7 +10,6 @@ from cyclopts import App, Parameter
 
 from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
-from workbench.model.figures import plain
 
 if TYPE_CHECKING:
     from workbench.files.motions.number_rows import FrameRange
@@ -106,6 +105,8 @@ def show(
 
 def _show_ranges(ranges: dict[str, dict[str, list[float]]]) -> None:
     """A line for each joint: the least and greatest angle of each of its motions."""
+    from workbench.model.units import plain
+
     emit(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
     for joint, row in ranges.items():
         cells = (

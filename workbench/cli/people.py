@@ -113,7 +113,7 @@ def boundary(
         a population file, the name of one that comes along, or raw CSV files of ANSUR II
     """
     from workbench.body.people.boundary import boundary_cases
-    from workbench.model.measures import COCKPIT
+    from workbench.model.population import COCKPIT
 
     _check(made)
     chosen = tuple(_split(measures)) or COCKPIT

@@ -1,4 +1,6 @@
-"""Continuous contact of a motion: when each contact begins, is deepest, and ends."""
+"""Continuous contact: when a body first touches something on its way from one pose to another, and when
+each contact of a motion begins, is deepest, and ends.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +9,270 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.contact.advance import FINEST, Chase, Spans, contact_spans, deepest, whole_way
+from workbench.contact.advance import (
+    FINEST,
+    SLACK,
+    Chase,
+    Spans,
+    contact_spans,
+    deepest,
+    first_contacts,
+    whole_way,
+)
 from workbench.contact.collide import allowed_depth
-from workbench.contact.moving import Mover, check_times, pack_motion
-from workbench.contact.sweep import Rule, body_chase, candidates, environment_chase, self_chase
+from workbench.contact.fields import packed_parts
+from workbench.contact.kernels.advance import near_pairs, near_parts
+from workbench.contact.moving import Mover, check_times, frames_of, jumps, pack_motion, ways
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.contacts import TANGENT_TOLERANCE, Episodes
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
+from workbench.model.posing import check_pairs
 from workbench.threads import in_pieces
 
-__all__ = ["body_episodes", "episodes", "self_episodes"]
+__all__ = [
+    "Rule",
+    "body_chase",
+    "body_episodes",
+    "body_sweep",
+    "candidates",
+    "environment_chase",
+    "episodes",
+    "self_chase",
+    "self_episodes",
+    "self_sweep",
+    "sweep",
+]
 
+Move = tuple[Body, Poses, Poses]
 PIECE = 128
 """Pose pairs a thread takes at a time."""
+
+
+def sweep(
+    body: Body,
+    way: tuple[Poses, Poses],
+    environment: Environment,
+    *,
+    by: str = "segment",
+    window: Iterable[str] | None = None,
+    tolerance: float = TANGENT_TOLERANCE,
+    threads: int | None = None,
+) -> Floats:
+    """Time of first contact on the way from one pose to another: the fraction 0 to 1 of it, NaN
+    where there is none.
+
+    way: P start and P end poses of the body; between them it moves as `between` says. A sphere is
+    in contact where it is deeper in a part than the part's allowance and `tolerance` [m]; hidden
+    parts take no part. by: "segment" gives (P, N), "part" (P, N, K), "sphere" (P, S), "sphere and
+    part" (P, S, K).
+
+    Times are exact to 1e-6 of the way. No contact that gets deeper than `tolerance` + 1e-9 m is
+    missed, however fast the motion and thin the part: a time interval is passed over only where a
+    bound proves it free (`kernels.contact.advance`, `kernels.contact.motion`). threads: all cores
+    where None; no answer depends on it. UsageError for another `by`, InputError where the poses do
+    not belong together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trimesh
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> way = wb.pose(body, {}), wb.pose(body, {}, position=(1, 0, 0))
+    >>> board = trimesh.creation.box(bounds=[[0.85, -1, -2], [0.95, 1, 2]])
+    >>> wall = wb.environment_from_mesh(board, up="z", forward="x", length="m")
+    >>> float(np.nanmin(wb.sweep(body, way, wall)).round(3))  # share of the way
+    0.642
+    """
+    start, end = way
+    check_pairs(start, end)
+    rows = _sphere_rows(body, by)
+    parts = len(environment.parts)
+    columns = np.arange(parts) if by.endswith("part") else np.zeros(parts, dtype=np.int64)
+    frames, pairs = frames_of(start, end)
+    rule = environment_chase(
+        pack_motion(body, frames, pairs, window=window), environment, tolerance
+    )
+    first = _first(rule, (rows, columns), len(start), threads)
+    return first[:, :, 0] if by in ("segment", "sphere") else first
+
+
+def self_sweep(
+    body: Body,
+    way: tuple[Poses, Poses],
+    *,
+    by: str = "segment",
+    window: Iterable[str] | None = None,
+    tolerance: float = TANGENT_TOLERANCE,
+    threads: int | None = None,
+) -> Floats:
+    """As `sweep`, for non-adjacent segments of one body against each other: (P, N, N), each pair
+    once, row < column.
+
+    by: "segment" or "sphere" (P, S, S). The body's allowance for soft flesh is no contact.
+    """
+    start, end = way
+    check_pairs(start, end)
+    rows = _sphere_rows(body, _pair_by(by))
+    frames, pairs = frames_of(start, end)
+    rule = self_chase(pack_motion(body, frames, pairs, window=window), tolerance)
+    return _first(rule, (rows, rows), len(start), threads)
+
+
+def body_sweep(
+    one: Move,
+    other: Move,
+    *,
+    by: str = "segment",
+    tolerance: float = TANGENT_TOLERANCE,
+    threads: int | None = None,
+) -> Floats:
+    """As `sweep`, for the segments of one body against those of another: (P, N, M); by "sphere":
+    (P, S, S')."""
+    movers = []
+    rows = []
+    for body, start, end in (one, other):
+        check_pairs(start, end)
+        movers.append(pack_motion(body, *frames_of(start, end)))
+        rows.append(_sphere_rows(body, _pair_by(by)))
+    if len(one[1]) != len(other[1]):
+        raise InputError(
+            f"both bodies need the same number of poses, got {len(one[1])} and {len(other[1])}"
+        )
+    rule = body_chase(movers[0], movers[1], tolerance)
+    return _first(rule, (rows[0], rows[1]), len(one[1]), threads)
+
+
+def _first(rule: Rule, index: tuple[Ints, Ints], pairs: int, threads: int | None) -> Floats:
+    """(P, R, C) first times, of rows that spheres (S,) go to and columns that parts or spheres go
+    to; NaN: none."""
+    chase, checked, allowed = rule
+    rows, columns = index
+    wide = int(columns.max(initial=-1)) + 1
+    first = np.full((pairs, int(rows.max(initial=-1)) + 1, wide), np.inf)
+
+    def work(begin: int, end: int) -> None:
+        who, level = candidates(chase, checked, allowed, begin, end)
+        spans = whole_way(chase, who, level)
+        row = rows[spans.who[:, 1]]
+        column = columns[spans.who[:, 2]]
+        key = ((spans.who[:, 0] - begin) * first.shape[1] + row) * wide + column
+        first_contacts(chase, spans, key, first[begin:end].reshape(-1))
+
+    in_pieces(work, pairs, PIECE, threads=threads)
+    first[np.isinf(first)] = np.nan
+    return first
+
+
+def _sphere_rows(body: Body, by: str) -> Ints:
+    """(S,) the row of the answer each sphere goes to."""
+    words = ("segment", "part", "sphere", "sphere and part")
+    if by not in words:
+        raise UsageError(f"by={by!r}: {one_of(by, words)}")
+    return np.arange(len(body.sphere_names)) if by.startswith("sphere") else body.sphere_segment
+
+
+def _pair_by(by: str) -> str:
+    if by not in ("segment", "sphere"):
+        raise UsageError(f"by={by!r}: {one_of(by, ('segment', 'sphere'))}")
+    return by
+
+
+# The three kinds of continuous contact: a moving body against an environment, another body, or
+# itself; and which of its spheres may touch what, the broad phase.
+
+Swept = tuple[Floats, Floats, Floats]
+Rule = tuple[Chase, Ints, Floats]
+"""Who is after what; the parts (K,) that take part as 1, or the pairs of segments (Q, 2); depth
+that is no contact."""
+
+
+def environment_chase(mover: Mover, environment: Environment, tolerance: float) -> Rule:
+    """A body against the parts of an environment: hidden ones take no part, the others as deep as
+    they allow."""
+    checked = (~environment.hidden).astype(np.int64)
+    allowed = allowed_depth(mover.body, environment) + tolerance
+    return Chase(mover, packed_parts(environment)), checked, allowed
+
+
+def self_chase(mover: Mover, tolerance: float) -> Rule:
+    """The non-adjacent segments of one body, as deep in each other as its soft flesh allows."""
+    body = mover.body
+    shown = mover.placed.window
+    pairs = np.argwhere(np.triu(~body.adjacent) & np.outer(shown, shown))
+    return Chase(mover, mover), pairs, body.allowance[0] + tolerance
+
+
+def body_chase(one: Mover, other: Mover, tolerance: float) -> Rule:
+    """All segments of one body against all of another."""
+    pairs = np.argwhere(np.outer(one.placed.window, other.placed.window))
+    return (
+        Chase(one, other),
+        pairs,
+        np.full((len(one.body.segments), len(other.body.segments)), tolerance),
+    )
+
+
+def candidates(
+    chase: Chase, checked: Ints, allowed: Floats, begin: int, end: int
+) -> tuple[Ints, Floats]:
+    """Who (M, 3) may touch in the pose pairs begin..end, and the level (M,) [m] of each.
+
+    checked: 1 for the parts (K,) that take part, or the pairs of segments (Q, 2). allowed (N, K) or
+    (N, N') [m]: depth that is no contact.
+    """
+    one = _swept(chase.mover, begin, end)
+    segment = chase.mover.levers.segment
+    radius = chase.mover.body.radius[0]
+    if isinstance(chase.against, Mover):
+        other = chase.against
+        who = near_pairs(one, _swept(other, begin, end), checked, allowed, SLACK)
+        level = radius[who[:, 1]] + other.body.radius[0][who[:, 2]]
+        level = level - allowed[segment[who[:, 1]], other.levers.segment[who[:, 2]]]
+        keep = level > 0
+    else:
+        parts = chase.against
+        who = near_parts(*one, parts, allowed, checked, SLACK)
+        level = radius[who[:, 1]] - allowed[segment[who[:, 1]], who[:, 2]]
+        # a surface cannot be deeper than the radius
+        keep = (level > 0) | (parts.faces.solid[who[:, 2]] > 0)
+    who[:, 0] += begin
+    return who[keep], level[keep]
+
+
+def _swept(mover: Mover, begin: int, end: int) -> tuple[Swept, Swept, Ints]:
+    """Enclosing spheres and spheres in pairs begin..end: where they begin and end, and how far
+    their surfaces may be from the chord; and the spheres of each segment."""
+    body = mover.body
+    world = mover.placed.world_from_segment
+    first = mover.first[begin:end]
+    second = mover.second[begin:end]
+    bound = mover.turns.bound[begin:end]
+    around = []
+    for frames in (first, second):
+        turned = np.einsum("pnij,nj->pni", world[frames][..., :3], body.enclosing_centre[0])
+        around.append(np.ascontiguousarray(turned + world[frames][..., 3]))
+    entry = np.zeros((len(body.segments), 3))
+    entry[mover.chain.to] = mover.chain.at_to
+    arm = np.linalg.norm(body.enclosing_centre[0] - entry, axis=1)
+    size = body.enclosing_radius[0] + 0.125 * (
+        bound[..., 1] + (bound[..., 2] ** 2 + bound[..., 3]) * arm
+    )
+    size[:, ~mover.placed.window] = np.nan
+    pairs = end - begin
+    spheres = len(body.sphere_names)
+    pair = np.repeat(np.arange(begin, end), spheres)
+    sphere = np.tile(np.arange(spheres), pairs)
+    way = ways(mover, pair, sphere, np.zeros(len(pair)), np.ones(len(pair)))
+    way[jumps(mover, pair, sphere) <= 1.0] = np.inf
+    reach = way.reshape(pairs, spheres) + body.radius[0]
+    moved = mover.placed.centres[first], mover.placed.centres[second]
+    return (around[0], around[1], size * (1 + 1e-12) + 1e-9), (*moved, reach), body.start
+
+
 MOST_PACKED = 32 * PIECE
 """Pose pairs that are packed at a time: some 50 MB of spheres."""
 

@@ -22,7 +22,7 @@ from workbench.draw.marks.pictures import svg_marks
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.model.arrays import Floats, xyz
 from workbench.model.control_region import ControlRegion
-from workbench.model.figures import plain
+from workbench.model.units import plain
 
 __all__ = ["control_region_svg"]
 

@@ -70,10 +70,6 @@ def _from_azimuthal(points: Floats) -> Floats:
     return np.stack([1.0 - square / 2.0, -k * x, k * y], axis=-1)
 
 
-def _hammer(angles: Floats) -> Floats:
-    return _azimuthal(direction_of(angles[..., 0] / 2.0, angles[..., 1])) * [2.0, 1.0]
-
-
 def _from_hammer(points: Floats) -> Floats:
     halved = points * [0.5, 1.0]
     inside = np.linalg.norm(halved, axis=-1, keepdims=True) <= math.sqrt(2.0)
@@ -95,7 +91,12 @@ def _from_polar(points: Floats) -> Floats:
 _POLAR_RADIUS = 2.0 * math.sin(_FRONT / 2.0)
 _WIDE = math.sqrt(8.0)
 PROJECTIONS: Mapping[str, Projection] = {
-    "equal_area": Projection((_WIDE, _WIDE / 2.0), math.pi, _hammer, _from_hammer),
+    "equal_area": Projection(
+        (_WIDE, _WIDE / 2.0),
+        math.pi,
+        lambda angles: _azimuthal(direction_of(angles[..., 0] / 2.0, angles[..., 1])) * [2.0, 1.0],
+        _from_hammer,
+    ),
     "polar": Projection((_POLAR_RADIUS, _POLAR_RADIUS), _FRONT, _polar, _from_polar),
 }
 """All directions on an ellipse (Hammer), and those up to 125 degrees from ahead on a disk (Lambert)."""

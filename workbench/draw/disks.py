@@ -21,7 +21,7 @@ from workbench.draw.kernels.compositing import (
 )
 from workbench.draw.lines.edges import Lines, drawn_edges, paint_lines, visible_lines
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
-from workbench.draw.scene import Scene, SceneBody
+from workbench.draw.scene import Scene
 from workbench.draw.sphere_raster import LIGHT, Surfaces, shade_surfaces
 from workbench.draw.visibility import (
     DepthBuffers,
@@ -269,16 +269,13 @@ def paint_overlays(
         alone = Scene((shown,))
         own = render_buffers(alone, camera)
         here = (own.sphere >= 0) & free
-        colour = _ghost_colours(shown, alone, camera)[own.sphere[here]]
+        colour = ramp(shown.colour, depth_share(projected_disks(alone, camera).front))[
+            own.sphere[here]
+        ]
         colour[_border(own.sphere >= 0, line)[here]] = INKS[shown.colour]
         behind_wall = buffers.depth[here] > own.body_depth[here]
         opacity = np.where(behind_wall, _STRENGTH_BEHIND_WALL * strength, strength)[:, None]
         picture[here] = picture[here] * (1.0 - opacity) + colour * opacity
-
-
-def _ghost_colours(shown: SceneBody, alone: Scene, camera: Camera) -> Floats:
-    """Return the colour (S, 3) of each sphere, by its depth."""
-    return ramp(shown.colour, depth_share(projected_disks(alone, camera).front))
 
 
 def _border(mask: Bools, width: int) -> Bools:

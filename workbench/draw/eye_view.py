@@ -15,9 +15,9 @@ from workbench.draw.zones import OWN
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
-from workbench.model.figures import plain
 from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
+from workbench.model.units import plain
 from workbench.sight.eyes import USUAL_DOWN, Eyes, eyes_of, given_eyes, has_eyes, head_of
 from workbench.sight.rules.cockpit_view import cockpit_outline
 from workbench.sight.rules.eye_points import Side

@@ -19,7 +19,7 @@ from workbench.errors import UsageError
 from workbench.geometry.polygon import inside_loops
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Environment, Mirror
-from workbench.model.figures import plain
+from workbench.model.units import plain
 from workbench.sight.rules.mirrors import glass_of, ground_points, mirror_field
 
 __all__ = ["mirror_plan"]

@@ -19,7 +19,7 @@ from workbench.geometry.polygon import inside_loops
 from workbench.model.accommodation import ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Control, Environment
-from workbench.model.figures import plain
+from workbench.model.units import plain
 
 __all__ = ["BANDS", "LEVELS", "map_controls", "reach_map_svg"]
 

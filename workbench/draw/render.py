@@ -58,8 +58,8 @@ from workbench.files.output_file import write_file
 from workbench.files.study.rules import load_rule_set
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
-from workbench.model.figures import plain
 from workbench.model.poses import Placed
+from workbench.model.units import plain
 from workbench.sight.eyes import gaze
 from workbench.sight.rules.mirrors import mirror_ground
 

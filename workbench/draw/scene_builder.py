@@ -31,7 +31,6 @@ from workbench.files.results.result import FindingRow, ResultFile, load_result
 from workbench.files.study.reader import load_study
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.figures import tenths
 from workbench.model.person import Person
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses, pose
@@ -39,7 +38,7 @@ from workbench.model.quaternions import matrices
 from workbench.model.result import Result
 from workbench.model.study import Study
 from workbench.model.surroundings import adjusted
-from workbench.model.units import unit_in
+from workbench.model.units import tenths, unit_in
 from workbench.posture.seating.seating import seat_at
 from workbench.study.accommodation.accommodation import body_of_person
 from workbench.study.motion_cases import motion_cases
@@ -181,7 +180,12 @@ def _result_source(result: Result, case: str | None) -> Source:
             "without 'case'" + ("" if shown else ", and everybody fits")
         )
     return Source(
-        Scene((SceneBody(shown[0].placed),), shown[0].environment, (), result.study.title)
+        Scene(
+            (SceneBody(shown[0].placed, holds=shown[0].environment),),
+            shown[0].environment,
+            (),
+            result.study.title,
+        )
     )
 
 
@@ -406,7 +410,9 @@ def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
         held = next((row for row in rows.people if row.name == role.name), None)
         if held is not None:
             body = occupant(role, drawn_number(single.roles, role))[0].body
-            persons.append(Person(role.name, body, join_poses([_pose(body, held, p) for p in at])))
+            persons.append(
+                Person(role.name, body, join_poses([_posture(body, held.postures[p]) for p in at]))
+            )
             environment = _with_seat(environment, held)
     return people_source(single.title, environment, tuple(persons), chosen)
 
@@ -445,11 +451,6 @@ def _with_settings(environment: Environment, settings: Mapping[str, float]) -> E
         if one.column in settings
     }
     return adjusted(environment, setting)
-
-
-def _pose(body: Body, person: PersonRow, case: int) -> Poses:
-    """The pose that a person holds in a case."""
-    return _posture(body, person.postures[case])
 
 
 def _posture(body: Body, held: PostureRow) -> Poses:

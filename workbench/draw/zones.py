@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from workbench.draw.chart import FINER, Words
 from workbench.draw.colours import PAPER, Colour
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.figures import plain
+from workbench.model.units import plain
 
 __all__ = ["CLEAR", "OWN", "Items", "LegendBox", "Zones", "add_legend", "spread", "zones"]
 
@@ -215,7 +215,13 @@ def add_legend(
             y += _LINE * size
             _patch(colours, (left, y - 0.5 * size), size, colour)
             texts = (f"{both:.{places}f}", f"{100 * both / found.total:.1f}", f"{one:.{places}f}")
-            words.append(Words((left + 2.3 * size, y), _shortened(name), size))
+            words.append(
+                Words(
+                    (left + 2.3 * size, y),
+                    name if len(name) <= _LETTERS else name[: _LETTERS - 1] + "...",
+                    size,
+                )
+            )
             words += [
                 Words((x, y), text, size, "end")
                 for x, text in zip(ends, texts, strict=True)
@@ -245,7 +251,3 @@ def _patch(
     pale = np.array(colour) + _PALE * (np.array(PAPER) - np.array(colour))
     colours[y : y + height, x : x + width] = colour
     colours[y : y + height, x + 2 * width // 3 : x + width] = np.round(pale)
-
-
-def _shortened(name: str) -> str:
-    return name if len(name) <= _LETTERS else name[: _LETTERS - 1] + "..."

@@ -22,8 +22,7 @@ from workbench.errors import InputError, UsageError, one_of, printable
 from workbench.files.opening import BYTE_ORDER_MARK, read_whole
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats
-from workbench.model.measures import MASS, MEASURES, check_measures
-from workbench.model.population import SEXES, Population
+from workbench.model.population import MASS, MEASURES, SEXES, Population, check_measures
 
 __all__ = [
     "BODY_MASS_INDEX",
@@ -138,21 +137,16 @@ def _people(
     weight = np.ones(len(table.lines))
     for column in weighed:
         weight = raw[column]
-        faults += _weight_faults(table, column, weight)
+        faults += [
+            f"{table.path}:{table.lines[row]}: {column}: a weight is positive, got {weight[row]:g}"
+            for row in np.flatnonzero(weight <= 0)
+        ]
     if faults:
         more = len(faults) - MOST_TOLD
         last = [f"{table.path}: … and {more} more"] if more > 0 else []
         raise InputError(faults[:MOST_TOLD] + last)
     labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
     return Population(measures, np.array(sex), weight, values, table.path.name, labels)
-
-
-def _weight_faults(table: _Table, column: str, weight: Floats) -> list[str]:
-    """A line for each person (P,) whose weight is not positive."""
-    return [
-        f"{table.path}:{table.lines[row]}: {column}: a weight is positive, got {weight[row]:g}"
-        for row in np.flatnonzero(weight <= 0)
-    ]
 
 
 def _measured(

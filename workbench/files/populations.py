@@ -18,9 +18,8 @@ from workbench.files.catalogue import find, is_file
 from workbench.files.schema import FileModel, LengthUnit, fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
-from workbench.model.measures import MASS, MEASURES, WORDS
 from workbench.model.person import Growth
-from workbench.model.population import SEXES, Population, PopulationModel
+from workbench.model.population import MASS, MEASURES, SEXES, WORDS, Population, PopulationModel
 
 __all__ = ["GrowthFile", "PopulationFile", "load_growth", "load_population_model", "measured_file"]
 
@@ -307,13 +306,17 @@ def load_growth(source: str | Path = "cdc_growth") -> Growth:
     if faults:
         raise InputError(faults)
     units = {name: 1.0 if name == MASS else metres_in[file.length] for name in names}
-    lms = [[_lms(tables[sex, name], units[name]) for name in names] for sex in SEXES]
+    lms = [
+        [
+            [
+                [power, median * units[name], spread]
+                for _, power, median, spread in tables[sex, name]
+            ]
+            for name in names
+        ]
+        for sex in SEXES
+    ]
     return Growth(file.growth, file.source, names, np.array(ages), np.array(lms))
-
-
-def _lms(rows: list[tuple[float, ...]], unit: float) -> list[list[float]]:
-    """Power, median [m, kg] and spread at each age of a table in a unit."""
-    return [[power, median * unit, spread] for _, power, median, spread in rows]
 
 
 def _faults(

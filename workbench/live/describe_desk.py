@@ -1,4 +1,6 @@
-"""The desk of an environment that is described: what was done to it, and the answers."""
+"""The desk of an environment that is described: what each verb does to a description, what was done to
+it, and the answers.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +11,7 @@ from dataclasses import replace
 from functools import cached_property
 from itertools import count, cycle
 from pathlib import Path
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -19,16 +22,36 @@ from workbench.errors import InputError, WorkbenchError, printable
 from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
-from workbench.live.describe_verbs import DESCRIBE_EDITS
 from workbench.live.desk import busy_frame, fault_frame, kept_file, new_file, words_of
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
+from workbench.model.units import plain
 from workbench.study.bench.history import Entry, History
-from workbench.study.describe.edits_files import added_file, files_beside
-from workbench.study.describe.meshes import Meshes
+from workbench.study.describe.edits_files import (
+    added_file,
+    files_beside,
+    met_file,
+    moved_file,
+    removed_file,
+)
+from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
+from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
+from workbench.study.describe.edits_seats import carried, faced
+from workbench.study.describe.edits_things import (
+    accepted,
+    owned,
+    placed_point,
+    pointed,
+    removed,
+    renamed,
+    typed,
+)
+from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.people import (
+    PERSON,
     person_words,
+    seated_eye,
     seated_person,
     seated_words,
     standing_person,
@@ -41,9 +64,95 @@ from workbench.study.describe.saving import (
     save_first_study,
     unfinished,
 )
-from workbench.study.describe.state import Description, open_place, open_sizes, standing_of
+from workbench.study.describe.state import (
+    Description,
+    Edit,
+    OpenPlace,
+    open_place,
+    open_sizes,
+    standing_of,
+)
 
-__all__ = ["DescribeDesk"]
+__all__ = [
+    "DESCRIBE_EDITS",
+    "DescribeDesk",
+]
+
+Given = Mapping[str, Any]
+DescribeEdit = Callable[[OpenPlace, Description, Given], Edit]
+
+
+def _ray(given: Given, before: str = "") -> Ray:
+    """Where a picture was clicked; before: what stands before the keys. InputError where it was not
+    on a part."""
+    part, start, way, far = (given[before + key] for key in ("part", "start", "way", "far"))
+    if not part or start is None or way is None:
+        raise InputError("nothing was picked: click on a part in the picture")
+    a, b, c = start
+    x, y, z = way
+    return Ray(part, (a, b, c), (x, y, z), far)
+
+
+def _mesh(opened: OpenPlace, before: Description, given: Given) -> Edit:
+    wanted = {name: given[name] for name in ("length", "up", "forward")}
+    return framed(opened, before, int(given["row"]), wanted)
+
+
+def _place(opened: OpenPlace, before: Description, given: Given) -> Edit:
+    kind = given["kind"]
+    more = {"grip": given["grip"], "zone": given["zone"]} if kind == "control" else {}
+    return placed_point(opened, before, kind, given["name"], more, _ray(given))
+
+
+def _eye(opened: OpenPlace, before: Description, given: Given) -> Edit:
+    name = given["seat"]
+    if name not in before.file.seats:
+        raise InputError(f"there is no seat {name!r} yet: pick its cushion and back")
+    eye = seated_eye(before.file, name)
+    how = f"assumed: the eyes of the {plain(PERSON)} seated in {name}, looking ahead"
+    return pointed(before, f"{name}_design_eye", eye, how)
+
+
+DESCRIBE_EDITS: Mapping[str, DescribeEdit] = {
+    "mesh": _mesh,
+    "long": lambda opened, before, given: scaled(opened, before, int(given["row"]), given["size"]),
+    "move": lambda opened, before, given: moved_file(
+        opened, before, int(given["row"]), given["to"]
+    ),
+    "meet": lambda opened, before, given: met_file(opened, before, _ray(given), _ray(given, "to_")),
+    "take": lambda opened, before, given: removed_file(opened, before, int(given["row"])),
+    "accept": lambda opened, before, given: accepted(before, given["about"]),
+    "agree": lambda opened, before, given: agreed(before),
+    "floor": lambda opened, before, given: floored(opened, before, _ray(given)),
+    "face": lambda opened, before, given: faced(
+        opened, before, given["seat"], given["surface"], _ray(given)
+    ),
+    "anew": lambda opened, before, given: faced(
+        opened, before, given["seat"], given["surface"], None
+    ),
+    "carry": lambda opened, before, given: carried(opened, before, given["seat"], given["parts"]),
+    "place": _place,
+    "eye": _eye,
+    "figure": lambda opened, before, given: typed(
+        opened, before, given["kind"], given["name"], given["figure"], given["value"]
+    ),
+    "rename": lambda opened, before, given: renamed(
+        before, given["kind"], given["name"], given["to"]
+    ),
+    "remove": lambda opened, before, given: removed(before, given["kind"], given["name"]),
+    "own": lambda opened, before, given: owned(opened, before, given["control"], given["parts"]),
+    "join": lambda opened, before, given: joined(opened, before, given["parts"], given["to"]),
+    "leave": lambda opened, before, given: dropped(opened, before, given["parts"]),
+    "back": lambda opened, before, given: put_back(
+        opened, before, int(given["row"]), given["name"]
+    ),
+    "split": lambda opened, before, given: split_part(opened, before, given["part"]),
+    "rule": lambda opened, before, given: ruled(
+        opened, before, given["part"], given["rule"], given["value"]
+    ),
+}
+"""The verbs that change a description: from an open environment, its description and what the verb
+takes, to the description after it."""
 
 LOOSE = 20
 """A mesh of more pieces than one for so many triangles is thinned over them."""

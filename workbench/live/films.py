@@ -1,25 +1,92 @@
-"""The films that pages have asked for: made one after the other in a process of their own, and kept
-until they are fetched."""
+"""The films that pages have asked for: made one after the other, and kept until they are fetched.
+
+A process of its own writes them, behind all others, so that answers of the bench go first. It says
+after each frame how far it is. Where nobody listens any more it ends, and leaves no file.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import os
 import tempfile
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
-from workbench.live.film_process import write_apart
-from workbench.live.filming import Film, film_ending
+from workbench.errors import InputError, WorkbenchError
+from workbench.live.filming import Film, Take, film_ending
 from workbench.live.pages import Page
 from workbench.live.protocol import packed
 
-__all__ = ["FilmStoppedError", "Films"]
+__all__ = [
+    "FilmStoppedError",
+    "Films",
+    "write_apart",
+]
+
+NICE = 5
+"""By how much it stands back behind other processes, where the system knows that."""
+
+
+def write_apart(take: Take, path: Path, progress: Callable[[int, int], None]) -> int:
+    """Write a film in another process.
+
+    Parameters
+    ----------
+    progress
+        Called with the number of frames that are done, and of all; what it raises ends the film.
+
+    Returns
+    -------
+    int
+        The number of frames.
+
+    Raises
+    ------
+    InputError
+        If the film cannot be made.
+    """
+    own, theirs = get_context("spawn").Pipe(duplex=False)
+    process = get_context("spawn").Process(
+        target=_write, args=(take, path, theirs), daemon=True, name="film"
+    )
+    process.start()
+    theirs.close()
+    frames = 0
+    try:
+        while True:
+            said = own.recv()
+            if isinstance(said, str):
+                raise InputError(said)
+            if said is None:
+                return frames
+            frames, count = said
+            progress(frames, count)
+    except EOFError:
+        raise InputError("the film could not be made: its process has ended") from None
+    finally:
+        own.close()
+        process.join()
+
+
+def _write(take: Take, path: Path, told: Connection) -> None:
+    """Write a film, and tell how far it is; None at its end, or why it cannot be made."""
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    with suppress(OSError, KeyboardInterrupt):  # nobody listens any more
+        try:
+            take.write(path, lambda done, count: told.send((done, count)))
+            told.send(None)
+        except WorkbenchError as error:
+            told.send(str(error))
+
 
 KEPT = 4
 """Films that are kept; the oldest give way."""

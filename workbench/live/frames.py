@@ -1,39 +1,47 @@
-"""What the bench sends: a study as it is opened, the answer to a state, and verdicts."""
+"""What the bench sends: a study as it is opened, the answer to a state, verdicts and where each finding
+is, and of persons their size, clothes, posture and harness zone.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
+from zlib import crc32
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from workbench.draw.eye_view import FIELD
-from workbench.live.finding_places import place_of_finding
-from workbench.live.persons import person_offers, person_state
 from workbench.live.protocol import packed
 from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Adjustment
-from workbench.model.figures import plain
-from workbench.model.population import SEXES
+from workbench.model.person import Size
+from workbench.model.population import MASS, SEXES
 from workbench.model.poses import Placed
-from workbench.model.result import Verdict
+from workbench.model.result import Finding, Verdict
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.model.surroundings import Move, Surroundings
-from workbench.model.units import UNITS
+from workbench.model.units import UNITS, plain
 from workbench.posture.seating.seating import seat_shift
-from workbench.sight.eyes import eyes_of, has_eyes, head_of
+from workbench.sight.eyes import eyes_of as sight_of
+from workbench.sight.eyes import has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES, Answer, Judged, near_pairs
 from workbench.study.bench.criteria import role_bodies
 from workbench.study.bench.crowd import Crowd, met_all
+from workbench.study.bench.edits_people import percentile_of, reach_criteria, wearable
+from workbench.study.bench.edits_postures import suggested
+from workbench.study.bench.holding import troubles
 from workbench.study.bench.motions import MotionsJudged, motion_names
 from workbench.study.bench.near import NearPair
 from workbench.study.bench.placing import placed_environment
-from workbench.study.bench.state import OpenStudy
+from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.checks.margins import Asked
+from workbench.study.checks.view import THE_EYES, eyes_of
 from workbench.study.people import Present
 from workbench.study.situation import moved_by
 
@@ -45,10 +53,123 @@ __all__ = [
     "near_row",
     "part_shifts",
     "people_frame",
+    "person_offers",
+    "person_state",
+    "place_of_finding",
     "sight_frame",
     "verdict_frame",
     "waiting_frame",
 ]
+
+MIXED = 0
+"""The zone of a person whose criteria ask for different ones; -1 is that of each control."""
+
+
+def person_offers(opened: OpenStudy, row: int) -> dict[str, Any]:
+    """What a person may be given, as long as a study is open."""
+    role = opened.study.roles[row]
+    return {
+        "many": row == opened.crowd,
+        "stands": role.stand is not None,
+        "wearable": wearable(role.body, opened.folder),
+        "postures": list(role.library),
+        "reaches": bool(reach_criteria(opened, role.name)),
+    }
+
+
+def person_state(opened: OpenStudy, found: Answer, row: int) -> dict[str, Any]:
+    """Who a person is and what the person does in a state.
+
+    `figure` is another number where the picture of the body must be fetched again.
+    """
+    placement = found.placement
+    arrangement = placement.arrangement
+    person = arrangement.people[row]
+    action = person.actions[arrangement.case]
+    predicts = isinstance(action, PredictedPosture)
+    wanted = suggested(opened, placement, row, found.people[row].tips)
+    size = person.figure.size
+    trouble = troubles(opened, found, row)
+    return {
+        "figure": crc32(placement.people[row].body.radius.tobytes()),
+        "size": None if size is None else _size(size),
+        "clothes": [item.name for item in person.figure.clothes],
+        "posture": "" if predicts else getattr(action, "name", ""),
+        "predicted": predicts,
+        "hands": dict(action.hands) if isinstance(action, GivenPosture) else {},
+        "drives": isinstance(action, PredictedPosture) and action.aims.driving is not None,
+        "prediction": {
+            "like": wanted.like,
+            "holds": dict(wanted.controls),
+            "eyes": wanted.eyes,
+            "heels": wanted.heels,
+        },
+        "trouble": list(trouble.words),
+        "offer": trouble.offer,
+        "zone": _zone(opened, arrangement, person.role),
+    }
+
+
+@lru_cache(maxsize=256)
+def _size(size: Size) -> dict[str, Any]:
+    """A size: of each measure what it is [m; mass in kg], and its percentile where it has one."""
+    measures = {}
+    for name, value in size.measures.items():
+        percentile = percentile_of(size, name)
+        digits = 3 if name == MASS else 5
+        shown = None if percentile is None else round(percentile, 2)
+        measures[name] = [round(value, digits), shown]
+    return {"sex": size.sex, "age": size.age, "measures": measures}
+
+
+def _zone(opened: OpenStudy, arrangement: Arrangement, person: str) -> int:
+    """The harness zone that a person's reaches are judged in."""
+    zones = {arrangement.zones[k] for k in reach_criteria(opened, person)}
+    if len(zones) > 1:
+        return MIXED
+    zone = next(iter(zones), None)
+    return -1 if zone is None else zone
+
+
+def place_of_finding(finding: Finding, there: Present) -> tuple[float, float, float] | None:
+    """Find the place [m] in the world that a finding about a posture is to be looked at.
+
+    Findings of reach and of pedals are about a control, those of eye heights about a point; those of
+    joint stops name the joint as their subject, those of a view over parts the eyes.
+
+    Parameters
+    ----------
+    there
+        The people of the state that was judged, and the environment with their seats.
+
+    Returns
+    -------
+    tuple or None
+        None where the finding is about no place, such as the travel of a seat.
+    """
+    if finding.point is not None:
+        return finding.point
+    for control in there.environment.controls:
+        if control.name == finding.about:
+            return _xyz(control.at)
+    if finding.about in there.environment.points:
+        return _xyz(there.environment.points[finding.about])
+    for situation in (one for cases in there.situations for one in cases):
+        body = situation.body
+        asked = (situation.work.name, situation.place.role) == (finding.case, finding.person)
+        if asked and finding.subject == THE_EYES:
+            return _xyz(eyes_of(situation)[0])
+        if asked and finding.subject in body.joint_names:
+            joint = body.joint_names.index(finding.subject)
+            child = situation.placed.world_from_segment[0, joint + 1]
+            return _xyz(child[:, :3] @ body.joint_in_child[0, joint] + child[:, 3])
+    return None
+
+
+def _xyz(point: ArrayLike) -> tuple[float, float, float]:
+    x, y, z = np.asarray(point, float).tolist()
+    return x, y, z
+
 
 NO_PART = 0xFFFF
 MOST_CHANGED = 100
@@ -63,7 +184,14 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
         {
             "role": role.name,
             "seat": _seat(opened, row),
-            **_body(opened.start.body(row), _stands_by(opened, row)),
+            **_body(
+                opened.start.body(row),
+                {
+                    action.poses.reference
+                    for action in opened.start.people[row].actions
+                    if isinstance(action, GivenPosture | PredictedPosture)
+                },
+            ),
             **person_offers(opened, row),
         }
         for row, role in enumerate(study.roles)
@@ -94,16 +222,14 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "points": list(study.environment.points),
             "seats": sorted(riding),
             "roles": [
-                {"role": name, "segments": _with_surface(body)}
+                {
+                    "role": name,
+                    "segments": [body.segment_names[n] for n in np.unique(body.sphere_segment)],
+                }
                 for name, body in role_bodies(opened).items()
             ],
         }
     )
-
-
-def _with_surface(body: Body) -> list[str]:
-    """The names of the segments that have spheres: of others nothing can be near."""
-    return [body.segment_names[n] for n in np.unique(body.sphere_segment)]
 
 
 def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
@@ -117,15 +243,6 @@ def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
         "up": list(seat.travel_up),
         "ahead": _rounded(seat_shift(seat, 1.0, 0.0)),
         "parts": list(seat.moves),
-    }
-
-
-def _stands_by(opened: OpenStudy, row: int) -> set[int]:
-    """The segments by which a person is put into the world in the cases."""
-    return {
-        action.poses.reference
-        for action in opened.start.people[row].actions
-        if isinstance(action, GivenPosture | PredictedPosture)
     }
 
 
@@ -214,7 +331,7 @@ def _eyes(placed: Placed) -> dict[str, Any] | None:
     of its segment; None for a body without eyes."""
     if not has_eyes(placed.body):
         return None
-    found = eyes_of(placed)
+    found = sight_of(placed)
     return {
         "at": _rounded(found.middle[0]),
         "sight": _rounded(found.line()[0]),

@@ -3,16 +3,29 @@
 A page of another origin can make a browser send requests to a server on this machine. So each
 request must name this server as its host (a name that was rebound to this address does not), and
 carry a cookie that only the printed address gives. A WebSocket must come from the page itself.
+
+Who asks nothing for too long is let go, and of too many connections that have not asked yet the
+first that came.
 """
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
 from hmac import compare_digest
 from typing import Any
 from urllib.parse import parse_qs
 
-__all__ = ["Application", "Guard"]
+import h11
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+__all__ = [
+    "MOST_SILENT",
+    "PATIENCE",
+    "Application",
+    "Guard",
+    "bounded_connections",
+]
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]
@@ -55,7 +68,11 @@ class Guard:
         if scope["type"] == "http":
             await self._http(scope, receive, send)
         elif scope["type"] == "websocket":
-            allowed = self._is_host(scope) and self._is_known(scope) and self._is_origin(scope)
+            allowed = (
+                self._is_host(scope)
+                and self._is_known(scope)
+                and _one_of(_values(scope, b"origin"), self.origins)
+            )
             if allowed:
                 await self.app(scope, receive, send)
             else:
@@ -93,9 +110,6 @@ class Guard:
 
     def _is_host(self, scope: Scope) -> bool:
         return _one_of(_values(scope, b"host"), self.hosts)
-
-    def _is_origin(self, scope: Scope) -> bool:
-        return _one_of(_values(scope, b"origin"), self.origins)
 
     def _is_known(self, scope: Scope) -> bool:
         """Whether a request carries the cookie, whatever other programs of this machine have set:
@@ -142,3 +156,59 @@ def _security_headers(port: int) -> Headers:
         "cross-origin-resource-policy": "same-origin",
     }
     return [(name.encode(), value.encode()) for name, value in named.items()]
+
+
+PATIENCE = 10.0
+"""Time [s] in which a request must be whole."""
+MOST_SILENT = 64
+"""Connections without a whole request: a browser opens up to six at once."""
+
+
+def bounded_connections(
+    *, most: int = MOST_SILENT, patience: float = PATIENCE
+) -> type[asyncio.Protocol]:
+    """Build the protocol of the connections of one server.
+
+    Parameters
+    ----------
+    most
+        Connections that may wait for a request at the same time.
+    patience
+        Time [s] in which a request must be whole.
+    """
+    silent: dict[H11Protocol, asyncio.TimerHandle] = {}
+
+    class Connection(H11Protocol):
+        """A connection that is counted while it owes a request."""
+
+        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+            """Count a connection that was just made."""
+            super().connection_made(transport)
+            self._await_request()
+
+        def data_received(self, data: bytes) -> None:
+            """Count a connection on which a request is begun and not whole."""
+            super().data_received(data)
+            owes = self.conn.their_state is h11.IDLE and self.conn.trailing_data[0]
+            if not owes:
+                self._forget()
+            elif self not in silent:
+                self._await_request()
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            """Forget a connection."""
+            self._forget()
+            super().connection_lost(exc)
+
+        def _await_request(self) -> None:
+            silent[self] = self.loop.call_later(patience, self.transport.abort)
+            if len(silent) > most:
+                first = next(iter(silent))
+                silent.pop(first).cancel()
+                first.transport.abort()
+
+        def _forget(self) -> None:
+            if self in silent:
+                silent.pop(self).cancel()
+
+    return Connection

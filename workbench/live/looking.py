@@ -1,11 +1,17 @@
-"""Ways of looking at an open study: motions, distances and reach envelopes; and what is chosen to
-be dragged."""
+"""Ways of looking at an open study: motions, distances, reach envelopes and what somebody's eyes see;
+the study as it was saved last; and what is chosen to be dragged.
+
+A field of view says where eyes and head turn to and what hides how much of it from which eye, with a
+picture.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,26 +19,243 @@ from numpy.typing import NDArray
 
 from workbench.draw.envelopes import envelope_sections, outer_faces, section_lines
 from workbench.draw.section_planes import SectionPlane
-from workbench.errors import InputError
+from workbench.draw.web.place_mesh import changed_parts
+from workbench.draw.web.views import WebPlace
+from workbench.draw.zones import OWN, Zones, spread, zones
+from workbench.errors import InputError, WorkbenchError
 from workbench.live.filming import FPS, Film, FilmView
 from workbench.live.following import Following
+from workbench.live.frames import move_row, part_shifts
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
-from workbench.live.saved_state import SavedState
-from workbench.live.seeing import Colours, FieldWork
+from workbench.model.arrays import Bools, Floats
 from workbench.model.envelope import ReachTask
-from workbench.model.figures import plain
+from workbench.model.environment import Environment
 from workbench.model.surroundings import Move
+from workbench.model.units import plain
+from workbench.sight.obscuration import obscuration
+from workbench.sight.panorama import look_out, lookout
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import check_motion
-from workbench.study.bench.placing import Placement
+from workbench.study.bench.placing import Placement, placed_environment, placed_people
 from workbench.study.bench.reaching import check_reach, reaching_situation
+from workbench.study.bench.sights import Field, field_of
 from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.envelope.envelope import situation_envelope
 
-__all__ = ["looking_verbs"]
+__all__ = [
+    "COARSE",
+    "FINE",
+    "WITHIN",
+    "Colours",
+    "FieldWork",
+    "SavedState",
+    "looking_verbs",
+]
+
+WITHIN = (30, 60, 90, 180)
+"""How far [degrees] from the line of sight a field may go."""
+COARSE = math.radians(0.5)
+FINE = math.radians(0.1)
+"""Width [rad] of the pixels that are counted while the eyes turn, and once they rest."""
+_SHOWN = math.radians(1.0)
+"""Width [rad] of what the picture looks at in one piece."""
+_COLOURED = math.radians(3.0)
+"""Width [rad] of the pixels by which colours are given."""
+_SIZE = 180
+"""Pixels of the picture along an edge."""
+_MOST = 8
+"""Items that are listed."""
+Colours = dict[tuple[str, ...], Zones]
+
+
+@dataclass(frozen=True, eq=False)
+class FieldWork:
+    """The field of view of a person of a state who looks in a direction (3,), within so many degrees
+    of it."""
+
+    opened: OpenStudy
+    placement: Placement
+    number: int
+    person: str
+    toward: tuple[float, float, float]
+    within: int
+    fine: bool
+    known: Colours
+    """The colours that items were given before, by the names of all, so that they stay."""
+    kind: str = "field"
+    generation: None = None
+    """It is shown as that of the state `number` also once the state is another."""
+
+    def made(self) -> Made:
+        """Pack the figures and the picture; why there are none in words."""
+        head: dict[str, Any] = {
+            "kind": "field",
+            "generation": self.number,
+            "person": self.person,
+            "within": self.within,
+            "fine": self.fine,
+            "words": "",
+        }
+        try:
+            found = field_of(
+                self.opened,
+                self.placement,
+                self.placement.arrangement.row(self.person),
+                self.toward,
+                within=math.radians(self.within),
+                step=FINE if self.fine else COARSE,
+            )
+            names = found.hidden.names
+            if names not in self.known:
+                self.known[names] = _coloured(found)
+            rows, picture = _shown(found, self.known[names])
+        except WorkbenchError as error:
+            return Made([packed(head | {"words": str(error)})])
+        arrays = [("picture", picture), ("centres", found.placed.centres[0].astype(np.float32))]
+        return Made([packed(head | _figures(found, rows), arrays)])
+
+
+def _figures(found: Field, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """How eyes and head are turned, and shares of the field in percent, from left, right, either and
+    both eyes."""
+    looks, hidden = found.gaze, found.hidden
+    share = 100.0 / hidden.region.solid_angle
+    return {
+        "at": looks.eyes.middle[0].round(5).tolist(),
+        "head": np.degrees(looks.head_turn[0]).round(1).tolist(),
+        "eyes": np.degrees(looks.eye_turn[0]).round(1).tolist(),
+        "trunk": round(math.degrees(float(looks.trunk_turn[0])), 1),
+        "lack": round(math.degrees(float(looks.lack[0])), 1),
+        "free": (share * hidden.free).round(2).tolist(),
+        "error": round(share * hidden.free_error, 2),
+        "rows": rows,
+        "more": int((hidden.either > 0.0).sum()) - len(rows),
+        "size": _SIZE,
+    }
+
+
+def _coloured(found: Field) -> Zones:
+    """Colours of what bounds and hides all that somebody could see from there; the own body has one."""
+    names = [OWN if name.startswith("own ") else name for name in found.hidden.names]
+    around = obscuration(found.scenery, found.gaze.eyes, step=_COLOURED)
+    return zones(names, around.both, around.either - around.both, float(around.free[3]))
+
+
+def _shown(found: Field, coloured: Zones) -> tuple[list[dict[str, Any]], np.ndarray]:
+    """The items that hide most, each with its colour, and the picture (H, W, 3) as 8 bits: what hides
+    a direction from one eye only is pale."""
+    hidden = found.hidden
+    region = hidden.region
+    share = 100.0 / region.solid_angle
+    rows = []
+    for k in np.argsort(-hidden.either, kind="stable")[:_MOST].tolist():
+        if hidden.either[k] <= 0.0:
+            break
+        shares = [hidden.left[k], hidden.right[k], hidden.either[k], hidden.both[k]]
+        rows.append(
+            {
+                "name": plain(hidden.names[k]),
+                "colour": list(coloured.rows[int(coloured.row[k])].colour),
+                "shares": [round(share * float(value), 2) for value in shares],
+                "error": round(share * float(hidden.error[k]), 2),
+            }
+        )
+    ways, inside = _disc(region.half_angle)
+    view = lookout(ways @ region.axes, _SHOWN)
+    eyes = found.gaze.eyes
+    left, glass = look_out(found.scenery, eyes.left[0], view, through=True)
+    right, _ = look_out(found.scenery, eyes.right[0], view)
+    images = (spread(items, inside) for items in (left, right, glass))
+    painted = coloured.paint(*images)
+    painted[~inside] = 255
+    return rows, painted
+
+
+@lru_cache(maxsize=len(WITHIN))
+def _disc(half_angle: float) -> tuple[Floats, Bools]:
+    """Directions (K, 3) forward, left, up of the pixels of a disc that shows a cone about forward,
+    equal areas for equal solid angles, r = 2 sin(off / 2); and which pixels (H, W) these are."""
+    radius = 2.0 * math.sin(half_angle / 2.0)
+    across = ((np.arange(_SIZE) + 0.5) * (2.0 / _SIZE) - 1.0) * radius
+    right, down = np.meshgrid(across, across)
+    square = right**2 + down**2
+    inside = square <= radius**2
+    k = np.sqrt(np.maximum(1.0 - square / 4.0, 0.0))
+    ways = np.stack([1.0 - square / 2.0, -k * right, -k * down], axis=-1)
+    return ways[inside], inside
+
+
+Arrays = list[tuple[str, NDArray[Any]]]
+
+
+@dataclass(frozen=True, eq=False)
+class SavedState:
+    """Where everybody and everything is in the saved study.
+
+    Parameters
+    ----------
+    arrangement
+        As it is saved, in the case that is looked at.
+    shown
+        The environment that the page has a picture of.
+    """
+
+    opened: OpenStudy
+    arrangement: Arrangement
+    shown: Environment
+    kind: str = "ghost"
+    generation: None = None
+
+    def made(self) -> Made:
+        """Pack the people, the displacements of parts, the places of controls, and the parts whose
+        shape in the picture is another because something is adjusted."""
+        cases = self.opened.cases
+        placement = placed_people(self.opened, self.arrangement)
+        arranged = placement.parts
+        adjusted = None
+        if arranged.environment is not self.shown:  # the same object where it is adjusted alike
+            adjusted = changed_parts(arranged.environment, self.shown)
+        controls = placed_environment(self.opened, placement).controls
+        head = {
+            "kind": self.kind,
+            "case": cases[self.arrangement.case] if cases else "",
+            "moves": [move_row(move) for move in self.arrangement.moves],
+            "shifts": part_shifts(arranged),
+            "controls": [[round(float(value), 6) for value in one.at] for one in controls],
+            "adjusted": [] if adjusted is None else list(adjusted.names),
+        }
+        arrays = _people(placement)
+        if adjusted is not None:
+            arrays += _mesh(adjusted, placement)
+        return Made([packed(head, arrays)])
+
+
+def _people(placement: Placement) -> Arrays:
+    """The spheres of everybody, with the segment of each."""
+    arrays: Arrays = []
+    for row, person in enumerate(placement.people):
+        arrays += [
+            (f"centres{row}", person.placed.centres[0].astype(np.float32)),
+            (f"radius{row}", person.body.radius[0].astype(np.float32)),
+            (f"segment{row}", person.body.sphere_segment.astype(np.uint16)),
+        ]
+    return arrays
+
+
+def _mesh(place: WebPlace, placement: Placement) -> Arrays:
+    """Parts where they stand [m]."""
+    arranged = placement.parts
+    rows = [arranged.environment.part_index(name) for name in place.names]
+    shift = arranged.by_part[rows]
+    vertices = place.vertices + shift[place.part]
+    return [
+        ("vertices", vertices.astype(np.float32)),
+        ("triangles", place.triangles.ravel().astype(np.uint32)),
+        ("edges", place.edges.ravel().astype(np.uint32)),
+    ]
 
 
 class Desk(Protocol):

@@ -24,10 +24,10 @@ from workbench.live.frames import near_row
 from workbench.live.protocol import packed
 from workbench.live.replies import Made
 from workbench.model.arrays import Floats, Ints
-from workbench.model.figures import plain
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
 from workbench.model.posing import poses_at
+from workbench.model.units import plain
 from workbench.sight.eyes import eyes_of, has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES
 from workbench.study.bench.motions import Playing, near_in_frame, playing

@@ -114,10 +114,6 @@ def _numbers(value: Any) -> bool:
     return _named(value, is_number)
 
 
-def _names_by_limb(value: Any) -> bool:
-    return _named(value, is_text)
-
-
 def _named(value: Any, check: Callable[[Any], bool]) -> bool:
     return (
         isinstance(value, dict)
@@ -130,11 +126,6 @@ def _named(value: Any, check: Callable[[Any], bool]) -> bool:
 def is_point(value: Any) -> bool:
     """Whether a value is a list of three numbers."""
     return isinstance(value, list) and len(value) == 3 and all(map(is_number, value))
-
-
-def _plane(value: Any) -> bool:
-    """Whether a value is an axis, 0 to 2, a side, -1 or 1, and a coordinate."""
-    return is_point(value) and value[0] in (0, 1, 2) and value[1] in (-1, 1)
 
 
 def _thing(value: Any) -> bool:
@@ -221,7 +212,9 @@ VERBS: Verbs = {
     "predict": {
         "person": _PERSON,
         "like": Taken("the name of a posture", is_text),
-        "holds": Taken("names of controls by limb", _names_by_limb, {}, needed=False),
+        "holds": Taken(
+            "names of controls by limb", lambda value: _named(value, is_text), {}, needed=False
+        ),
         "eyes": Taken("the name of a point", is_text, "", needed=False),
         "heels": Taken("the name of a point", is_text, "", needed=False),
         "everywhere": Taken("true or false", is_flag, False, needed=False),
@@ -251,7 +244,11 @@ VERBS: Verbs = {
         "eyes": Taken("the name of a person", is_text, "", needed=False),
         "hidden": Taken("a list of names of parts", is_texts, [], needed=False),
         "without": Taken("a list of names of people", is_texts, [], needed=False),
-        "section": Taken("an axis, a side and a number of metres", _plane, needed=False),
+        "section": Taken(
+            "an axis, a side and a number of metres",
+            lambda value: is_point(value) and value[0] in (0, 1, 2) and value[1] in (-1, 1),
+            needed=False,
+        ),
     },
     "film_end": {},
     "envelope": {

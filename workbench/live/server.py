@@ -41,10 +41,9 @@ from workbench.live.desk import (
 )
 from workbench.live.films import Films
 from workbench.live.guard import Application, Guard
-from workbench.live.pages import Page, PageClosedError
+from workbench.live.pages import Page, PageClosedError, Waiting
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, Verbs, packed, parsed
 from workbench.live.replies import Replies, Work
-from workbench.live.waiting import Waiting
 from workbench.threads import cores
 
 try:
@@ -55,7 +54,7 @@ try:
     from starlette.routing import Route, WebSocketRoute
     from starlette.websockets import WebSocket, WebSocketDisconnect
 
-    from workbench.live.connections import bounded_connections
+    from workbench.live.guard import bounded_connections
 except ImportError:
     raise MissingPartError(
         "the bench needs starlette, uvicorn and websockets: pip install 'bubbleman-workbench[live]'"

@@ -38,10 +38,6 @@ class EditVerb:
     prepared: str = ""
 
 
-def _turn(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return turned(placement, given["person"], given["joint"], given["axis"], given["degrees"])
-
-
 def _reach(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
     target = given["target"]
     wanted = LimbTarget(
@@ -66,10 +62,6 @@ def _shift(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
     return shifted(opened, placement.arrangement, move)
 
 
-def _adjust(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return adjusted_to(opened, placement.arrangement, given["name"], given["value"])
-
-
 def _size(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
     wanted = SizeWanted(
         sex=given["sex"],
@@ -79,18 +71,6 @@ def _size(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
         age=given["age"],
     )
     return sized(opened, placement.arrangement, given["person"], wanted)
-
-
-def _dress(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return dressed(opened, placement.arrangement, given["person"], given["clothes"])
-
-
-def _harness(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return harnessed(opened, placement.arrangement, given["person"], given["zone"])
-
-
-def _pose(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return posed(opened, placement, given["person"], given["name"])
 
 
 def _predict(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
@@ -105,31 +85,46 @@ def _predict(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
     return predicted(opened, placement, given["person"], wanted)
 
 
-def _free(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return freed(opened, placement.arrangement, given["person"])
-
-
-def _mirror(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return mirrored(placement, given["person"])
-
-
-def _ask(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return asked_for(opened, placement.arrangement, PairLimit(**given))
-
-
 EDITS: Mapping[str, EditVerb] = {
-    "joint": EditVerb(_turn),
+    "joint": EditVerb(
+        lambda opened, placement, given: turned(
+            placement, given["person"], given["joint"], given["axis"], given["degrees"]
+        )
+    ),
     "hand": EditVerb(_reach),
     "seat": EditVerb(_sit),
     "move": EditVerb(_shift),
-    "adjust": EditVerb(_adjust, "{name} is being set"),
+    "adjust": EditVerb(
+        lambda opened, placement, given: adjusted_to(
+            opened, placement.arrangement, given["name"], given["value"]
+        ),
+        "{name} is being set",
+    ),
     "size": EditVerb(_size, "the body of {person} is being made"),
-    "clothes": EditVerb(_dress, "{person} is being dressed"),
-    "harness": EditVerb(_harness),
-    "posture": EditVerb(_pose),
+    "clothes": EditVerb(
+        lambda opened, placement, given: dressed(
+            opened, placement.arrangement, given["person"], given["clothes"]
+        ),
+        "{person} is being dressed",
+    ),
+    "harness": EditVerb(
+        lambda opened, placement, given: harnessed(
+            opened, placement.arrangement, given["person"], given["zone"]
+        )
+    ),
+    "posture": EditVerb(
+        lambda opened, placement, given: posed(opened, placement, given["person"], given["name"])
+    ),
     "predict": EditVerb(_predict, "the posture of {person} is being predicted"),
-    "free": EditVerb(_free, "the seat of {person} is being set"),
-    "mirror": EditVerb(_mirror),
-    "criterion": EditVerb(_ask),
+    "free": EditVerb(
+        lambda opened, placement, given: freed(opened, placement.arrangement, given["person"]),
+        "the seat of {person} is being set",
+    ),
+    "mirror": EditVerb(lambda opened, placement, given: mirrored(placement, given["person"])),
+    "criterion": EditVerb(
+        lambda opened, placement, given: asked_for(
+            opened, placement.arrangement, PairLimit(**given)
+        )
+    ),
 }
 """The verbs that change a state."""

@@ -10,8 +10,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, frozen
 from workbench.model.body import Body
-from workbench.model.measures import check_measures
-from workbench.model.population import SEXES, PopulationModel
+from workbench.model.population import SEXES, PopulationModel, check_measures
 from workbench.model.poses import Poses
 
 __all__ = ["Encumbrance", "Growth", "Layer", "Person", "Size"]

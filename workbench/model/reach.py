@@ -10,10 +10,10 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
-from workbench.model.figures import plain
+from workbench.model.criterion import NO_REASON, TOO_SHORT, Reason, hider
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import compose
-from workbench.model.reason import NO_REASON, TOO_SHORT, Reason, hider
+from workbench.model.units import plain
 
 __all__ = ["DOUBTS", "MOST_SPARE", "Reach", "join_reaches", "stop_reason"]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints, frozen
-from workbench.model.figures import plain
+from workbench.model.units import plain
 
 __all__ = ["Coupling", "StopKind", "Stops", "motion_words"]
 

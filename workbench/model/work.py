@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from workbench.errors import InputError
 from workbench.model.arguments import check_fields
-from workbench.model.figures import plain
+from workbench.model.units import plain
 
 __all__ = ["Work"]
 

@@ -153,7 +153,9 @@ def standing_posture(
     placed = place(body, own)
     centre_of_mass(placed)  # refuses a body without mass
     stander = _stander(body, tuple((name, grip) for name, (grip, _) in hands.items()))
-    goals = np.array([np.broadcast_to(_point(at), (count, 3)) for _, at in hands.values()])
+    goals = np.array(
+        [np.broadcast_to(np.asarray(at, dtype=np.float64), (count, 3)) for _, at in hands.values()]
+    )
     goals = np.ascontiguousarray(goals.reshape(len(hands), count, 3).swapaxes(0, 1))
     origin = poses.world_from_reference[:, None, :, 3]
     standing = Standing(
@@ -197,7 +199,15 @@ def _solved(
     rotations = np.ascontiguousarray(poses.rotations)
     rows = np.arange(count)
     for some in (slice(0, 1), slice(1, len(_STARTS))):
-        asked = _rows(standing, rows)
+        asked = Standing(
+            who=standing.who[rows],
+            foot=standing.foot[rows],
+            other=standing.other[rows],
+            edges=standing.edges[rows],
+            area=standing.area[rows],
+            goal=standing.goal[rows],
+            mode=standing.mode[rows],
+        )
         first = np.ascontiguousarray(starts[rows, some])
         unknown = np.zeros(first.shape)
         told = np.zeros((*first.shape[:2], NUMBERS))
@@ -219,23 +229,6 @@ def _in_own_axes(poses: Poses, turn: Floats) -> Poses:
     world = np.zeros((len(poses), 3, 4))
     world[:, :, :3] = on_grid(turn.T @ poses.world_from_reference[:, :, :3])
     return replace(poses, world_from_reference=world)
-
-
-def _rows(standing: Standing, rows: Ints) -> Standing:
-    """Some of the rows."""
-    return Standing(
-        who=standing.who[rows],
-        foot=standing.foot[rows],
-        other=standing.other[rows],
-        edges=standing.edges[rows],
-        area=standing.area[rows],
-        goal=standing.goal[rows],
-        mode=standing.mode[rows],
-    )
-
-
-def _point(at: ArrayLike) -> Floats:
-    return np.asarray(at, dtype=np.float64)
 
 
 def _frames(placed: Placed, segment: str) -> Floats:

@@ -10,8 +10,8 @@ from workbench.files.catalogue import find, names
 from workbench.files.kinds import named_kind
 from workbench.files.postures import load_postures, posture_path
 from workbench.model.body import Body
-from workbench.model.figures import plain
 from workbench.model.stops import StopKind
+from workbench.model.units import plain
 
 __all__ = ["body_list", "body_sheet", "body_text"]
 

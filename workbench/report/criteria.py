@@ -9,9 +9,8 @@ from typing import Any
 from markupsafe import Markup
 
 from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
-from workbench.model.figures import tenths
 from workbench.model.reach import MOST_SPARE
-from workbench.model.units import unit_in
+from workbench.model.units import tenths, unit_in
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
 from workbench.report.words import surface_words

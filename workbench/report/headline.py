@@ -11,9 +11,8 @@ import numpy as np
 from workbench.contact.collide import allowed_depth
 from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
-from workbench.model.figures import tenths
 from workbench.model.result import PersonFound, PosturesFound, Result, Verdict
-from workbench.model.units import UNITS
+from workbench.model.units import UNITS, tenths
 from workbench.report.motions.words import differs_words, motion_scope
 from workbench.report.population.words import population_headline
 from workbench.report.words import (

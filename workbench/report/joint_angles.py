@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from workbench.model.body import Body
-from workbench.model.figures import plain
+from workbench.model.units import plain
 from workbench.posture.stops import moves_flesh
 
 __all__ = ["angle_rows"]

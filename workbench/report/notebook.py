@@ -7,8 +7,7 @@ from html import escape
 
 from workbench.body.people.share import percent
 from workbench.draw.web.notebook import notebook_html
-from workbench.model.population_found import PopulationFound
-from workbench.model.result import Result
+from workbench.model.result import PopulationFound, Result
 from workbench.report.headline import headline
 from workbench.report.words import verdict_sentence
 

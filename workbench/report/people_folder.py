@@ -15,8 +15,7 @@ from workbench.files.body.writer import body_text
 from workbench.files.output_file import Content
 from workbench.files.output_folder import check_folder, write_folder
 from workbench.model.body import Body
-from workbench.model.measures import MASS
-from workbench.model.population import SEXES, Population
+from workbench.model.population import MASS, SEXES, Population
 from workbench.report.tables import csv_text
 from workbench.study.crowd import file_names, people_bodies
 from workbench.study.persons import SizedBody

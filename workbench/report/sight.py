@@ -24,8 +24,7 @@ from workbench.draw.web.snippet import picture_address
 from workbench.errors import InputError, UsageError
 from workbench.model.criterion import Criterion, Finding
 from workbench.model.environment import Environment
-from workbench.model.figures import plain
-from workbench.model.units import UNITS
+from workbench.model.units import UNITS, plain
 from workbench.report.section import Section
 from workbench.report.templates import template
 from workbench.report.words import finding_words

@@ -6,7 +6,7 @@ from functools import cache
 
 import jinja2
 
-from workbench.model.figures import plain
+from workbench.model.units import plain
 from workbench.report.words import for_reading, proper_minus
 
 __all__ = ["template"]

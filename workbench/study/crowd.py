@@ -11,8 +11,7 @@ from workbench.body.scaling.measure import MEASURES
 from workbench.body.scaling.scale import scale, scale_many
 from workbench.errors import InputError
 from workbench.model.body import Body
-from workbench.model.measures import MASS, check_measures
-from workbench.model.population import SEXES, Population
+from workbench.model.population import MASS, SEXES, Population, check_measures
 from workbench.study.persons import APART, SizedBody
 
 __all__ = ["SHOWN", "file_names", "people_bodies"]

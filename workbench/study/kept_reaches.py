@@ -14,11 +14,9 @@ import numpy as np
 from workbench.files.environment_own import GRIPPABLE, Touching, part_meshes
 from workbench.model.accommodation import Requirement, met_of
 from workbench.model.arrays import Floats, Ints
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Reason
 from workbench.model.environment import Control, Environment
-from workbench.model.population_found import PopulationFound
-from workbench.model.reason import Reason
-from workbench.model.result import ControlReach
+from workbench.model.result import ControlReach, PopulationFound
 
 __all__ = ["KeptReach", "kept_by_parts", "kept_of_people", "kept_of_population", "kept_words"]
 
@@ -183,13 +181,15 @@ def kept_words(kept: Iterable[KeptReach]) -> Iterator[str]:
         name = one.control.name
         ends = [f"{1000 * value:.1f}" for value in (one.least, one.most)]
         by = " to ".join(dict.fromkeys(ends))
-        words = f"{one.who} {name}: {one.part} is in the way by {by} mm"
+        words = (
+            f"{one.who} {name}: {one.part} is in the way, {one.control.limbs} stay {by} mm short"
+        )
         if one.part in one.control.own_parts:
-            words += f", and is a piece of {name} itself: its point may lie too deep in it"
+            words += f"; it is a piece of {name} itself: its point may lie too deep in it"
         if one.beside:
             own = ", ".join((*one.control.own_parts, one.part))
             words += (
-                f", and touches {one.beside}: is it the control's own stalk, base or screw? "
+                f"; it touches {one.beside}: is it the control's own stalk, base or screw? "
                 f"If it is, 'part: [{own}]' of {name} says so"
             )
         yield words

@@ -19,11 +19,17 @@ from workbench.errors import InputError, one_of
 from workbench.model.arguments import short_repr
 from workbench.model.body import Body
 from workbench.model.driving import Driver, DrivingAims
-from workbench.model.figures import plain
-from workbench.model.measures import GIRTHS, WORDS, check_plausible
 from workbench.model.person import Growth, Size
-from workbench.model.population import SEXES, Population, PopulationModel
+from workbench.model.population import (
+    GIRTHS,
+    SEXES,
+    WORDS,
+    Population,
+    PopulationModel,
+    check_plausible,
+)
 from workbench.model.study import Role
+from workbench.model.units import plain
 
 __all__ = ["RARE", "SizedBody", "drivers_among", "person_body", "role_body"]
 

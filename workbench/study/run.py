@@ -16,8 +16,7 @@ from workbench.model.content import content_hash
 from workbench.model.environment import HARMLESS
 from workbench.model.motion_case import Agreement, MotionCase
 from workbench.model.population import Population
-from workbench.model.population_found import PopulationFound
-from workbench.model.result import MotionFound, PosturesFound, Result, Verdict
+from workbench.model.result import MotionFound, PopulationFound, PosturesFound, Result, Verdict
 from workbench.model.study import Study
 from workbench.model.surroundings import displaced
 from workbench.study.checks.sight_rules import check_rules

@@ -11,8 +11,8 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.environment import Adjustment
-from workbench.model.figures import plain
 from workbench.model.surroundings import adjusted
+from workbench.model.units import plain
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.posture import DECIMALS
 from workbench.study.checks.margins import Asked

@@ -14,9 +14,9 @@ import numpy as np
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.figures import plain
 from workbench.model.motion_case import Meeting
 from workbench.model.result import PersonFound
+from workbench.model.units import plain
 
 __all__ = [
     "Overlap",

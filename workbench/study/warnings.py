@@ -15,11 +15,11 @@ from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Doubt, Environment, Rest, Seat
-from workbench.model.figures import tenths
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.model.stops import motion_words
 from workbench.model.study import Role
+from workbench.model.units import tenths
 from workbench.posture.seating.seating import seat_planes, seat_shift
 from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 

@@ -218,7 +218,18 @@ def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> P
     if len(bare):
         margin = np.full(len(bare), 0.9 * limits.inward)
         targets.append(Targets(bare.samples.point, margin, bare.bits))
-        balls += [_balls_under(problem, limits, bare, share) for share in (0.0, 0.5)]
+        # Candidates under bare places, with a share of the outward tolerance as slack.
+        balls += [
+            inner_balls(
+                problem.surface,
+                bare.samples,
+                limits,
+                slack=np.full(len(bare), share * limits.outward),
+                bits=bare.bits,
+                regions=problem.regions,
+            )
+            for share in (0.0, 0.5)
+        ]
     if len(hollow):
         # a hollow was found at the rim of a sphere; a new one must hold it well inside
         margin = np.full(len(hollow), -0.03 * limits.inward)
@@ -226,18 +237,6 @@ def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> P
         depth = -problem.surface.distance(hollow)
         balls.append(Candidates(hollow, depth, problem.regions.own(hollow)))
     return replace(problem, targets=joined_targets(targets), candidates=joined_candidates(balls))
-
-
-def _balls_under(problem: Problem, limits: Limits, bare: Bare, share: float) -> Candidates:
-    """Candidates under bare places, with a share of the outward tolerance as slack."""
-    return inner_balls(
-        problem.surface,
-        bare.samples,
-        limits,
-        slack=np.full(len(bare), share * limits.outward),
-        bits=bare.bits,
-        regions=problem.regions,
-    )
 
 
 def refuse_bare(problem: Problem, limits: Limits, bare: Ints) -> NoReturn:

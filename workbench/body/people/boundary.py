@@ -28,8 +28,7 @@ from workbench.body.people.scores import Scores, scores_of
 from workbench.errors import InputError
 from workbench.model.arguments import short_repr
 from workbench.model.arrays import Floats
-from workbench.model.measures import COCKPIT
-from workbench.model.population import Population, PopulationModel, sex_index
+from workbench.model.population import COCKPIT, Population, PopulationModel, sex_index
 
 __all__ = ["Boundary", "boundary_cases"]
 

@@ -36,8 +36,13 @@ from workbench.body.people.scores import Scores, normal_scores, scores_of
 from workbench.body.people.share import effective_count
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats
-from workbench.model.measures import check_plausible
-from workbench.model.population import SEXES, Population, PopulationModel, sex_index
+from workbench.model.population import (
+    SEXES,
+    Population,
+    PopulationModel,
+    check_plausible,
+    sex_index,
+)
 
 __all__ = ["LEVELS", "RESEMBLANCE", "draw_people", "fit_population"]
 

@@ -22,9 +22,8 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
-from workbench.model.measures import check_measures
 from workbench.model.person import Growth
-from workbench.model.population import Population, sex_index
+from workbench.model.population import Population, check_measures, sex_index
 
 __all__ = ["growth_people", "growth_percentile", "growth_values"]
 

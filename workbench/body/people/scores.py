@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
-from workbench.model.measures import check_measures
-from workbench.model.population import Population, PopulationModel, sex_index
+from workbench.model.population import Population, PopulationModel, check_measures, sex_index
 
 __all__ = ["Scores", "normal_scores", "scores_of"]
 

@@ -113,7 +113,7 @@ def rig_of(body: Body) -> Rig:
 
     since both segments have the joint j1 = j2 in common.
     """
-    frames = _frames(body)
+    frames = np.stack([_posture_frames(_Skeleton(body), name) for name in POSTURES])
     segment = body.sphere_segment
     blended = np.flatnonzero((body.blend_joint >= 0) & (body.blend_share[0] > 0))
     joint = body.blend_joint[blended]
@@ -126,11 +126,6 @@ def rig_of(body: Body) -> Rig:
     for n in range(1, len(body.segments)):
         above[n] += above[body.parent[n]]
     return Rig(frames, body.parent[1:], above, segment, turn, blended, joint, below, lever)
-
-
-def _frames(body: Body) -> Floats:
-    """(Q, N, 3, 3) rotations, world from segment, in all postures."""
-    return np.stack([_posture_frames(_Skeleton(body), name) for name in POSTURES])
 
 
 class _Skeleton:

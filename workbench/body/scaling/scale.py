@@ -25,7 +25,7 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.blend import settled
 from workbench.model.body import SEATED_FACTORS, Body
-from workbench.model.measures import check_plausible
+from workbench.model.population import check_plausible
 
 __all__ = ["LONGER", "check_likely", "morph_to", "rebuilt", "scale", "scale_many"]
 

@@ -17,9 +17,9 @@ from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.contacts import Clearance, Contacts
 from workbench.model.environment import Environment
-from workbench.model.figures import plain
 from workbench.model.person import Person
 from workbench.model.poses import Placed
+from workbench.model.units import plain
 from workbench.posture.stops import stops
 
 __all__ = [

@@ -15,9 +15,8 @@ from workbench.draw.web.snippet import frame_html
 from workbench.draw.web.views import WebView, scene_view
 from workbench.errors import UsageError
 from workbench.model.environment import Environment
-from workbench.model.population_found import PopulationFound
 from workbench.model.poses import Placed
-from workbench.model.result import PosturesFound, Result
+from workbench.model.result import PopulationFound, PosturesFound, Result
 
 __all__ = ["notebook_html", "notebook_views", "view"]
 

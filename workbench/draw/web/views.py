@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from workbench.draw.closed_hands import closed_hands
 from workbench.draw.colours import Colour
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.model.arrays import Floats, Ints
@@ -153,6 +154,7 @@ def body_view(
     failing: Sequence[int] = (),
     ghost: bool = False,
     touching: Sequence[tuple[int, float, float]] = (),
+    environment: Environment | None = None,
 ) -> WebBody:
     """Return a placed body as it is shown, without the segments outside its logical window.
 
@@ -170,21 +172,39 @@ def body_view(
         Whether it is shown faint.
     touching
         Indices of spheres that are shown in red for a while, and from when to when [s].
+    environment
+        Whose controls hands hold where there is one frame. A hand has another number of spheres then;
+        it is red as a whole where one of its own is failing.
     """
     body = placed.body
-    inside = placed.window[body.sphere_segment]
-    number = np.cumsum(inside) - 1
     rows = np.arange(len(placed))[frames]
+    hands = closed_hands(placed, int(rows[0]), environment) if len(rows) == 1 else ()
+    window = placed.window.copy()
+    window[[hand.segment for hand in hands]] = False
+    inside = window[body.sphere_segment]
+    number = np.cumsum(inside) - 1
     kept = np.flatnonzero(inside)
+    segments = [np.full(len(hand.radius), hand.segment) for hand in hands]
+    segment = np.concatenate([body.sphere_segment[inside], *segments])
+    red = set(body.sphere_segment[list(failing)].tolist()) & {hand.segment for hand in hands}
     return WebBody(
         name,
         PEOPLE[colour],
-        body.radius[placed.person[rows[0]], inside],
-        placed.centres[rows][:, inside],
-        body.sphere_segment[inside],
+        np.concatenate(
+            [body.radius[placed.person[rows[0]], inside], *(hand.radius for hand in hands)]
+        ),
+        np.concatenate(
+            [placed.centres[rows][:, inside], *(hand.centre[None] for hand in hands)], axis=1
+        ),
+        segment,
         body.segment_names,
-        tuple(body.sphere_names[int(sphere)] for sphere in kept),
-        tuple(sorted({int(number[sphere]) for sphere in failing if inside[sphere]})),
+        (*(body.sphere_names[int(sphere)] for sphere in kept), *[""] * (len(segment) - len(kept))),
+        tuple(
+            sorted(
+                {int(number[sphere]) for sphere in failing if inside[sphere]}
+                | set(np.flatnonzero(np.isin(segment, list(red))).tolist())
+            )
+        ),
         ghost,
         tuple((int(number[s]), start, end) for s, start, end in touching if inside[s]),
     )
@@ -206,7 +226,7 @@ def scene_view(scene: Scene, names: Sequence[str] = ()) -> WebView:
         Names of the bodies; those of their body files if empty.
     """
     shown = [*scene.bodies, *scene.ghosts]
-    called = [*names, *(_name(body) for body in shown[len(names) :])]
+    called = [*names, *(body.placed.body.name for body in shown[len(names) :])]
     bodies = tuple(
         replace(_one(body, name), ghost=k >= len(scene.bodies))
         for k, (body, name) in enumerate(zip(shown, called, strict=True))
@@ -216,10 +236,7 @@ def scene_view(scene: Scene, names: Sequence[str] = ()) -> WebView:
     )
 
 
-def _name(shown: SceneBody) -> str:
-    return shown.placed.body.name
-
-
 def _one(shown: SceneBody, name: str) -> WebBody:
     pose = shown.pose % len(shown.placed)
-    return body_view(shown.placed, name, shown.colour, frames=slice(pose, pose + 1))
+    here = slice(pose, pose + 1)
+    return body_view(shown.placed, name, shown.colour, frames=here, environment=shown.holds)

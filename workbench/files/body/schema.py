@@ -22,21 +22,13 @@ __all__ = [
 Direction = Literal["front", "back", "left", "right", "top", "bottom"]
 
 
-def _axis_kind(given: object) -> str:
-    return "vector" if isinstance(given, (list, tuple)) else "name"
-
-
 Axis = Annotated[
     Annotated[Literal["+x", "-x", "+y", "-y", "+z", "-z"], Tag("name")]
     | Annotated[tuple[float, float, float], Field(strict=False), Tag("vector")],
-    Discriminator(_axis_kind),
+    Discriminator(lambda given: "vector" if isinstance(given, (list, tuple)) else "name"),
 ]
 Name = Annotated[str, Field(min_length=1, max_length=80)]
 Radius = Annotated[Length, Field(gt=0)]
-
-
-def _row_length(given: object) -> str | None:
-    return str(len(given)) if isinstance(given, (list, tuple)) else None
 
 
 Sphere = Annotated[
@@ -46,7 +38,7 @@ Sphere = Annotated[
         tuple[Length, Length, Length, Radius, Name, Direction], Field(strict=False), Tag("6")
     ],
     Discriminator(
-        _row_length,
+        lambda given: str(len(given)) if isinstance(given, (list, tuple)) else None,
         custom_error_type="sphere_row",
         custom_error_message="a sphere is [x, y, z, radius], then optionally a name and a direction",
     ),

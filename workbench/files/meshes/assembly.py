@@ -76,7 +76,11 @@ def build_environment(
         quality=_qualities(checked, np.diff(part_start), declared),
         warnings=(*notes, *_soup_warnings(checked), *_defect_warnings(checked), *shared),
     )
-    return environment, _solid_errors(checked, declared)
+    return environment, [
+        (k, _open_reason(part, defects))
+        for k, (part, defects) in enumerate(checked)
+        if declared[k] is True and not defects.closed
+    ]
 
 
 def _stacked(parts: Sequence[RawPart]) -> tuple[Floats, list[Ints], Ints]:
@@ -102,17 +106,6 @@ def _solids(checked: Sequence[_Checked], declared: Sequence[bool | str]) -> Bool
         for (_, defects), how in zip(checked, declared, strict=True)
     ]
     return np.array(solid, dtype=np.bool_)
-
-
-def _solid_errors(
-    checked: Sequence[_Checked], declared: Sequence[bool | str]
-) -> list[tuple[int, str]]:
-    """Return index and reason for each part that is declared solid and is not closed."""
-    return [
-        (k, _open_reason(part, defects))
-        for k, (part, defects) in enumerate(checked)
-        if declared[k] is True and not defects.closed
-    ]
 
 
 def _open_reason(part: RawPart, defects: MeshDefects) -> str:

@@ -121,7 +121,7 @@ def taken_frame(
         given = str(said.up or said.forward)
         axes_rotation(given, "x" if given[-1:] != "x" else "y")
     found = guessed_axes(said)
-    turned = _turned(said, found.up, found.forward)
+    turned = replace(said, parts=to_world(said, axes_rotation(found.up, found.forward), metres=1.0))
     unit = _unit(said, turned) if length is None else Taken(_checked(raw.file, length))
     ahead = Taken(found.forward, found.why_forward, found.sure_forward)
     if said.forward == found.forward:
@@ -152,11 +152,6 @@ def _checked(file: str, length: str) -> str:
     except ValueError as error:
         raise InputError(f"{file}: length {length!r}: {error}") from None
     return length
-
-
-def _turned(raw: RawMesh, up: str, forward: str) -> RawMesh:
-    """A mesh in x forward, y left, z up, in its own unit."""
-    return replace(raw, parts=to_world(raw, axes_rotation(up, forward), metres=1.0))
 
 
 def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
@@ -382,7 +377,9 @@ def _guessed_up(parts: Sequence[RawPart], points: Floats, size: Floats) -> _Dire
     if faces[rest].max() <= 0.0 or mirror[across] < ALIKE:
         way[2] = 1.0
         return _Direction(way, "z, as in most files", False)
-    if area.sum() < ROUND * _whole_area(parts):
+    if area.sum() < ROUND * sum(
+        float(np.linalg.norm(_crosses(part), axis=1).sum()) for part in parts
+    ):
         way[max(rest, key=lambda axis: (size[axis], axis))] = 1.0
         why = "a round shape, as of a person, is taken to stand on end; one who lies looks the same"
         return _Direction(way, why, False)
@@ -490,11 +487,6 @@ def _facing_area(parts: Sequence[RawPart]) -> Floats:
     area = np.linalg.norm(crosses, axis=1)
     along = np.abs(crosses) >= np.cos(np.radians(10.0)) * area[:, None]
     return np.array([area[along[:, axis] & (area > 0.0)].sum() for axis in range(3)])
-
-
-def _whole_area(parts: Sequence[RawPart]) -> float:
-    """The area of all faces, twice, as `_facing_area` has it."""
-    return sum(float(np.linalg.norm(_crosses(part), axis=1).sum()) for part in parts)
 
 
 def _crosses(part: RawPart) -> Floats:

@@ -497,8 +497,29 @@ def _study(
         settings=stated,
         moved=moved,
         shares=_shares(file),
-        reach_maps=_maps(work, file),
-        reach_envelopes=_envelopes(work, file),
+        reach_maps=tuple(
+            MapTask(
+                part=row.part,
+                grip=row.grip,
+                zone=row.zone,
+                hand=row.hand,
+                points=row.points,
+                case=_posture_cases(work, row.case)[0],
+                sees=row.sees,
+            )
+            for row in file.reach_maps
+        ),
+        reach_envelopes=tuple(
+            ReachTask(
+                row.people,
+                f"{row.hand} hand",
+                row.grip,
+                row.zone,
+                row.obstacles,
+                _posture_cases(work, row.case)[0],
+            )
+            for row in file.reach_envelopes
+        ),
         changes=tuple(change_of(row, room) for row in file.changes),
         compare=_compared(work, file),
         signals=_signals(file, known),
@@ -522,35 +543,6 @@ def _sitters(work: Work, file: StudyFile) -> list[Sitter]:
             driver = any(action.driver is not None for action in role.actions)
             found.append(Sitter(name, role.file.seat, role.free, driver))
     return found
-
-
-def _maps(work: Work, file: StudyFile) -> tuple[MapTask, ...]:
-    return tuple(
-        MapTask(
-            part=row.part,
-            grip=row.grip,
-            zone=row.zone,
-            hand=row.hand,
-            points=row.points,
-            case=_posture_cases(work, row.case)[0],
-            sees=row.sees,
-        )
-        for row in file.reach_maps
-    )
-
-
-def _envelopes(work: Work, file: StudyFile) -> tuple[ReachTask, ...]:
-    return tuple(
-        ReachTask(
-            row.people,
-            f"{row.hand} hand",
-            row.grip,
-            row.zone,
-            row.obstacles,
-            _posture_cases(work, row.case)[0],
-        )
-        for row in file.reach_envelopes
-    )
 
 
 def _compared(work: Work, file: StudyFile) -> tuple[int, int] | None:

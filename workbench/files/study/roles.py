@@ -23,9 +23,8 @@ from workbench.files.study.sizes import measure_fault, people_of_size
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.environment import Environment, Seat
-from workbench.model.measures import COCKPIT
 from workbench.model.person import Encumbrance, Size
-from workbench.model.population import SEXES, Population, PopulationModel
+from workbench.model.population import COCKPIT, SEXES, Population, PopulationModel
 from workbench.model.posing import motion_of
 from workbench.model.stops import StopKind
 from workbench.model.study import PeopleDrawn

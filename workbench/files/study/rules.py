@@ -12,8 +12,8 @@ from workbench.files.catalogue import find
 from workbench.files.schema import fail, validate
 from workbench.files.study.schema import RulesFile, RuleValueFile
 from workbench.files.yaml_text import read_yaml
-from workbench.model.figures import plain
 from workbench.model.rule_set import RuleSet, RuleValue
+from workbench.model.units import plain
 
 __all__ = ["load_rule_set", "rule_set"]
 

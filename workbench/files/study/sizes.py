@@ -8,9 +8,15 @@ from pathlib import Path
 from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
 from workbench.files.populations import load_growth, load_population_model
-from workbench.model.measures import MASS, MEASURES, ON_THE_BODY, WORDS
 from workbench.model.person import Growth, Size
-from workbench.model.population import PopulationModel, sex_index
+from workbench.model.population import (
+    MASS,
+    MEASURES,
+    ON_THE_BODY,
+    WORDS,
+    PopulationModel,
+    sex_index,
+)
 
 __all__ = ["ADULTS", "CHILDREN", "measure_fault", "people_of_size", "size_of"]
 

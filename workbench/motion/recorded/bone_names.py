@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from workbench.errors import InputError, one_of
 from workbench.model.motion import Bones
@@ -85,7 +85,10 @@ def _by_usual_names(bones: Bones) -> dict[str, str]:
         return {name: name for name in own}
     bare = _without_prefix(bones.names)
     plain = {_plain(b): name for b, name in zip(bare[::-1], bones.names[::-1], strict=True)}
-    found = {segment: _first(plain, usual) for segment, usual in _MIDDLE.items()}
+    found = {
+        segment: next((plain[word] for word in usual if word in plain), None)
+        for segment, usual in _MIDDLE.items()
+    }
     for side, words in (("L", ("left", "l")), ("R", ("right", "r"))):
         for limb, usual in _SIDED.items():
             forms = (
@@ -114,10 +117,6 @@ def _plain(name: str) -> str:
     """Lower-case letters and digits, without a prefix up to a colon and the usual first words."""
     bare = re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
     return re.sub(r"^(mixamorig|bip0?1|bip|def|jbip[clr]?)(?=.)", "", bare) or bare
-
-
-def _first(plain: Mapping[str, str], usual: Iterable[str]) -> str | None:
-    return next((plain[word] for word in usual if word in plain), None)
 
 
 def _by_tree(bones: Bones, found: dict[str, str]) -> dict[str, str]:

@@ -103,14 +103,9 @@ def _trunk_factor(body: Body, length: float) -> float:
     """Factor on the trunk that makes it `length` [m] from the hips to the shoulders."""
     origin = body.zero_origins[0]
     joint = {name: origin[j + 1] + body.joint_in_child[0, j] for j, name in enumerate(body.joints)}
-    own = _between_middles(joint["LS"], joint["RS"], joint["LH"], joint["RH"])
+    own = float(np.linalg.norm(joint["LS"] + joint["RS"] - joint["LH"] - joint["RH"])) * 0.5
     pelvis = float(joint["W"][2] - 0.5 * (joint["LH"][2] + joint["RH"][2]))
     return (length - pelvis) / (own - pelvis)
-
-
-def _between_middles(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
-    """Distance between the middle of two points and the middle of two others."""
-    return float(np.linalg.norm(a + b - c - d)) * 0.5
 
 
 def factors_from_markers(

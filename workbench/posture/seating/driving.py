@@ -20,11 +20,11 @@ from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arguments import short_repr
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.criterion import Reason
 from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, row_for_each
 from workbench.model.posing import angles_of, compose, join_poses, motion_of
-from workbench.model.reason import Reason
 from workbench.posture.kernels.trunk import trunk_turns
 from workbench.posture.reaching.chains import (
     REACHED,

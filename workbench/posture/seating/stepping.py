@@ -8,11 +8,11 @@ import numpy as np
 
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.criterion import NO_REASON, Reason
 from workbench.model.poses import Poses
 from workbench.model.posing import motion_of
 from workbench.model.quaternions import cross, exponential, multiply, swing_twist
 from workbench.model.reach import stop_reason
-from workbench.model.reason import NO_REASON, Reason
 from workbench.posture.kernels.driving_legs import FLAT
 from workbench.posture.kernels.sitting import Legs
 from workbench.posture.reaching.chains import (
@@ -100,6 +100,7 @@ def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
         joints=np.array([task.joints for task in two]),
         axes=np.ascontiguousarray(tasks[0].body.stops.axes),
         feet=len(tasks),
+        along=np.array([foot in pedals.along for foot in (list(pedals.at) * 2)[:2]], np.float64),
         floor=int(pedals.floor is not None),
         in_air=FREE_FOOT,
     )
@@ -139,7 +140,9 @@ def _angles(task: Task) -> Floats:
     return np.stack([first, second, twist], axis=-1)
 
 
-def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) -> Ints:
+def first_places(
+    tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats, along: Floats
+) -> Ints:
     """Guess where on the seat's travel the legs are most comfortable, from triangles in a plane.
 
     Parameters
@@ -152,6 +155,9 @@ def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) ->
         (B, G) positions of each seat, forward [m].
     ahead
         (3,) unit direction in which the seat travels.
+    along
+        (F,) 1 for a foot whose pedal moves with the seat, else 0: where the seat stands is all the
+        same to it.
 
     Returns
     -------
@@ -159,8 +165,8 @@ def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) ->
         (B,) indices of positions.
     """
     total = np.zeros(grid.shape)
-    for task in tasks:
-        total += _planar_discomfort(task, lap, grid, ahead)
+    for task, moves in zip(tasks, along, strict=False):
+        total += _planar_discomfort(task, lap, grid * (1.0 - moves), ahead)
     found: Ints = total.argmin(axis=1)
     return found
 

@@ -22,9 +22,9 @@ from workbench.files.results.comparison import MARK, ChangedPersonRow, Compariso
 from workbench.files.results.result import dump_json
 from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
-from workbench.model.figures import plain
 from workbench.model.population import SEXES, person_name
-from workbench.model.population_found import ChangedPerson, Shown
+from workbench.model.result import ChangedPerson, Shown
+from workbench.model.units import plain
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.population.charts import change_whisker, changes_axis
 from workbench.report.population.words import (

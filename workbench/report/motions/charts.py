@@ -9,9 +9,9 @@ from html import escape
 import numpy as np
 
 from workbench.model.arrays import Floats
-from workbench.model.figures import plain
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound
+from workbench.model.units import plain
 from workbench.report.words import milliseconds, proper_minus
 
 __all__ = ["clearance_curves", "curves", "timeline"]

@@ -12,10 +12,10 @@ from workbench.body.forward import place
 from workbench.draw.eye_view import eye_point
 from workbench.draw.scene import SceneBody
 from workbench.model.arrays import Floats
-from workbench.model.figures import plain
 from workbench.model.motion_case import MotionCase
 from workbench.model.posing import angles_of, named_angles, poses_at
 from workbench.model.result import MotionFound
+from workbench.model.units import plain
 from workbench.report.joint_angles import angle_rows
 from workbench.report.section import Section
 from workbench.report.templates import template

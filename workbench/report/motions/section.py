@@ -16,9 +16,9 @@ from workbench.draw.web.snippet import STILL
 from workbench.files.results.motions import MeetingRow, MotionRows
 from workbench.files.results.result import FindingRow, ResultFile
 from workbench.model.arrays import Floats
-from workbench.model.figures import plain, tenths
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound, Result
+from workbench.model.units import plain, tenths
 from workbench.motion.signals import GRAVITY
 from workbench.report.circles import circle_figure
 from workbench.report.motions.charts import clearance_curves, curves, timeline

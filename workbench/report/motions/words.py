@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.model.figures import plain
 from workbench.model.motion_case import Agreement, Meeting, StopBreach
 from workbench.model.result import MotionFound, Verdict
 from workbench.model.simulation import STANDARD_GRAVITY, Pulse, gained
 from workbench.model.stops import motion_words
+from workbench.model.units import plain
 from workbench.report.words import milliseconds
 
 __all__ = [

@@ -14,8 +14,8 @@ from workbench.draw.lines.svg import compacted
 from workbench.draw.marks.annotations import clearance_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.views import four_views
-from workbench.model.figures import plain
 from workbench.model.result import PersonFound
+from workbench.model.units import plain
 
 __all__ = ["clearance_drawing"]
 

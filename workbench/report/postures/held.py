@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.model.figures import plain
 from workbench.model.posing import angles_of
 from workbench.model.result import PersonFound
+from workbench.model.units import plain
 
 __all__ = ["posture_words"]
 

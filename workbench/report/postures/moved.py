@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from workbench.model.figures import plain
 from workbench.model.result import PosturesFound, Result, Verdict
 from workbench.model.study import Study
+from workbench.model.units import plain
 from workbench.report.postures.section import case_states
 from workbench.report.result_rows import verdict_row
 from workbench.report.section import Making, Section

@@ -11,11 +11,10 @@ from workbench.body.people.percentile import percentile_values
 from workbench.draw.eye_view import eye_point
 from workbench.draw.scene import SceneBody
 from workbench.files.results.postures import PersonRow, PosturesRows
-from workbench.model.figures import plain
-from workbench.model.measures import MASS
 from workbench.model.person import Size
-from workbench.model.population import PopulationModel
+from workbench.model.population import MASS, PopulationModel
 from workbench.model.result import PersonFound, PosturesFound
+from workbench.model.units import plain
 from workbench.report.joint_angles import angle_rows
 from workbench.report.postures.held import posture_words
 from workbench.report.section import Making, Section

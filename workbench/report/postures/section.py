@@ -20,8 +20,8 @@ from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
 from workbench.model.accommodation import OF_SIGHT
-from workbench.model.figures import plain, tenths
 from workbench.model.result import Finding, PersonFound, PosturesFound
+from workbench.model.units import plain, tenths
 from workbench.report.circles import circle_figure
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes import envelope_pictures
@@ -376,7 +376,7 @@ def _place(finding: Finding) -> str:
 
 def _scene(result: PosturesFound, case: int, findings: list[Finding]) -> Scene:
     bodies = tuple(
-        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
+        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)], result.environment)
         for i, person in enumerate(result.people)
     )
     marks = _resting(result, case)

@@ -23,8 +23,8 @@ from workbench.contact.index_cache import PARTIAL, read_arrays, write_arrays
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
+from workbench.model.criterion import NO_REASON, Reason
 from workbench.model.population import Population
-from workbench.model.reason import NO_REASON, Reason
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.seat import SeatMemory
 from workbench.study.accommodation.overlaps import Overlaps, join_overlaps, people_overlaps

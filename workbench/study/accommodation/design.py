@@ -10,10 +10,9 @@ import numpy as np
 
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.figures import plain
 from workbench.model.rule_set import RuleSet
 from workbench.model.study import Study
-from workbench.model.units import limit_unit_of
+from workbench.model.units import limit_unit_of, plain
 from workbench.model.work import Work
 
 __all__ = ["changed_words", "design_of"]

@@ -12,8 +12,8 @@ import numpy as np
 
 from workbench.model.accommodation import MET, Change, Gain, met_of
 from workbench.model.arrays import Bools, Floats
-from workbench.model.population_found import ChangedPerson, TriedChange
-from workbench.model.reason import NO_REASON
+from workbench.model.criterion import NO_REASON
+from workbench.model.result import ChangedPerson, TriedChange
 from workbench.model.surroundings import moved_controls
 from workbench.study.accommodation.changes import borne_by, changed, moved_parts
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.geometry.surfaces import come_near
 from workbench.model.accommodation import met_of
 from workbench.model.environment import Control, Environment
-from workbench.model.population_found import GripFinding
+from workbench.model.result import GripFinding
 from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.checks.margins import Asked

@@ -24,7 +24,7 @@ from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.population import person_name
-from workbench.model.population_found import PeopleOverlap
+from workbench.model.result import PeopleOverlap
 from workbench.study.situation import Situation, with_hands
 
 __all__ = ["Overlaps", "join_overlaps", "overlap_warnings", "people_overlaps", "summed_overlaps"]

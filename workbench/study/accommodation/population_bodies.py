@@ -28,9 +28,8 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import ROW_FIELDS, Body, body_of_rows, stack_bodies
 from workbench.model.content import content_key
-from workbench.model.measures import MASS
 from workbench.model.person import Encumbrance
-from workbench.model.population import SEXES, Population
+from workbench.model.population import MASS, SEXES, Population
 from workbench.posture.seating.seat import SeatMemory
 from workbench.study.executors import Shared, completed, worked
 from workbench.study.passes import Count

@@ -20,8 +20,7 @@ from workbench.model.accommodation import (
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.criterion import Criterion
 from workbench.model.population import SEXES, Population
-from workbench.model.population_found import PopulationFound
-from workbench.model.result import Finding, Verdict
+from workbench.model.result import Finding, PopulationFound, Verdict
 
 __all__ = [
     "LEVELS",

@@ -11,7 +11,7 @@ from workbench.errors import InputError, one_of
 from workbench.files.names import good_name
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
-from workbench.model.figures import plain
+from workbench.model.units import plain
 from workbench.study.bench.edits import FARTHEST, LENGTH_STEP, Edit, rounded
 from workbench.study.bench.state import Arrangement, OpenStudy
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.environment import Adjustment
-from workbench.model.figures import plain
 from workbench.model.surroundings import Move
+from workbench.model.units import plain
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState
 

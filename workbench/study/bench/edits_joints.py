@@ -10,10 +10,10 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.figures import plain
 from workbench.model.poses import Poses
 from workbench.model.posing import compose
 from workbench.model.study import GivenPosture, PredictedPosture
+from workbench.model.units import plain
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.stops import nearest_legal, stop_limits
 from workbench.study.bench.edits import Edit, held_seat

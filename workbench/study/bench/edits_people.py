@@ -19,9 +19,8 @@ from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
 from workbench.files.study.sizes import ADULTS, CHILDREN, people_of_size, size_of
 from workbench.model.body import Body
-from workbench.model.measures import MASS
 from workbench.model.person import Encumbrance, Growth, Size
-from workbench.model.population import PopulationModel
+from workbench.model.population import MASS, PopulationModel
 from workbench.model.study import PredictedPosture, Role
 from workbench.posture.reaching.limbs import ZONES
 from workbench.study.bench.edits import LENGTH_STEP, Edit, rounded

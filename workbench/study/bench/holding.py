@@ -11,8 +11,8 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.environment import Control
-from workbench.model.figures import plain
 from workbench.model.study import GivenPosture
+from workbench.model.units import plain
 from workbench.posture.reaching.limbs import FEET, limb
 from workbench.study.bench.answers import TOUCHES, Answer, PersonAnswer
 from workbench.study.bench.near import Someone, part_pairs

@@ -16,7 +16,7 @@ from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
 from workbench.model.result import Shortfall
 from workbench.model.study import GivenPosture
-from workbench.model.surroundings import Surroundings, move_parts
+from workbench.model.surroundings import Surroundings, moved_along
 from workbench.posture.seating.seating import seat_shift
 from workbench.study.bench.state import (
     Arrangement,
@@ -291,7 +291,7 @@ def _surroundings(
             continue
         if shift.any():
             parts = [environment.parts[k] for k in opened.movers[other]]
-            environment = move_parts(environment, parts, shift)
+            environment = moved_along(environment, parts, shift)
     return environment
 
 

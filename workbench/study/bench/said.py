@@ -12,8 +12,8 @@ from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
-from workbench.model.measures import MASS
 from workbench.model.person import Size
+from workbench.model.population import MASS
 from workbench.model.poses import Poses
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.model.surroundings import Move

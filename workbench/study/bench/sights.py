@@ -20,7 +20,7 @@ from workbench.model.arrays import Floats
 from workbench.model.poses import Placed, Poses
 from workbench.model.quaternions import exponential, from_matrices, matrices
 from workbench.model.result import Verdict
-from workbench.model.surroundings import move_parts
+from workbench.model.surroundings import moved_along
 from workbench.sight.eyes import TURNS, Gaze, eyes_of, gaze, head_of
 from workbench.sight.obscuration import Obscuration, obscuration
 from workbench.sight.regions import Region
@@ -55,7 +55,7 @@ def people_here(opened: OpenStudy, placement: Placement) -> Present:
         found.append(one)
         if person.shift.any():
             parts = [environment.parts[k] for k in opened.movers[row]]
-            environment = move_parts(environment, parts, person.shift)
+            environment = moved_along(environment, parts, person.shift)
     mine = tuple((one.seat_moved(environment),) for one in found)
     return Present(environment, study.roles, mine, ())
 

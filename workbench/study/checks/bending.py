@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from workbench.body.forward import place
 from workbench.contact.collide import contacts
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.criterion import NO_REASON, Reason
 from workbench.model.environment import Control
 from workbench.model.poses import Poses
-from workbench.model.reason import NO_REASON, Reason
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.standing import standing_posture

@@ -15,11 +15,10 @@ from workbench.contact.collide import body_clearance
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools
 from workbench.model.body import Body
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import NO_REASON, Criterion, Reason
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
 from workbench.model.posing import poses_at
-from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import Finding
 from workbench.model.spool import pieces
 from workbench.model.workplace import Beside

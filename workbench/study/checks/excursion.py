@@ -14,9 +14,8 @@ from workbench.body.forward import place
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats, Ints
 from workbench.model.contacts import subpart_words
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Reason
 from workbench.model.environment import Environment
-from workbench.model.reason import Reason
 from workbench.model.result import Finding, MotionFound
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.situation import Situation

@@ -10,12 +10,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from workbench.model.accommodation import MET
-from workbench.model.criterion import Criterion
-from workbench.model.figures import plain
-from workbench.model.reason import Reason
+from workbench.model.criterion import Criterion, Reason
 from workbench.model.result import Finding, MotionFound
 from workbench.model.spool import pieces
-from workbench.model.units import UNITS
+from workbench.model.units import UNITS, plain
 from workbench.posture.stops import stops
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from workbench.model.accommodation import Requirement
 from workbench.model.arrays import Floats, Ints
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import NO_REASON, Criterion
 from workbench.model.environment import Control
-from workbench.model.reason import NO_REASON
 
 __all__ = ["Asked", "Bounds", "Margins", "no_bounds", "no_margins"]
 

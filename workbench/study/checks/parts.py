@@ -22,11 +22,10 @@ from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.contacts import subpart_words
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Reason
 from workbench.model.environment import Environment
 from workbench.model.motion_case import Meeting
 from workbench.model.poses import Placed
-from workbench.model.reason import Reason
 from workbench.model.result import Finding, MotionFound
 from workbench.model.spool import pieces
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_margins

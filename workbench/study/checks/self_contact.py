@@ -12,8 +12,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools
 from workbench.model.body import Body
-from workbench.model.criterion import Criterion
-from workbench.model.reason import Reason
+from workbench.model.criterion import Criterion, Reason
 from workbench.model.result import Finding, MotionFound
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from workbench.model.accommodation import MET, Requirement
 from workbench.model.arrays import Bools, Floats, xyz
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import NO_REASON, Criterion, Reason, hider
 from workbench.model.environment import Environment
-from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
 from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS

@@ -19,9 +19,8 @@ from workbench.files.schema import fail
 from workbench.files.yaml_text import read_yaml
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import NO_REASON, Criterion, Reason, hider
 from workbench.model.environment import Environment, Mirror
-from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
 from workbench.model.rule_set import RuleSet
 from workbench.model.study import Study

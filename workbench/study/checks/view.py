@@ -21,9 +21,8 @@ from workbench.errors import InputError
 from workbench.geometry.clipping import plane_intersections
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Reason
 from workbench.model.environment import Environment
-from workbench.model.reason import Reason
 from workbench.model.result import Finding
 from workbench.model.units import UNITS
 from workbench.posture.seating.seating import seat_planes

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.surface_planes import fitted_plane
 from workbench.files.yaml_changes import Key
 from workbench.study.describe.edits_parts import with_pieces_named
 from workbench.study.describe.edits_seats import with_picked, with_seat_figures
 from workbench.study.describe.meshes import Ray
-from workbench.study.describe.planes import fitted_plane
 from workbench.study.describe.state import (
     FLOOR,
     Description,

@@ -15,8 +15,8 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.figures import plain
 from workbench.model.poses import Placed, Poses
+from workbench.model.units import plain
 from workbench.posture.seating.seat import Seated, seat
 from workbench.study.feet_on_floor import feet_on_floor, feet_words
 

@@ -101,6 +101,16 @@ class Surface:
         found: Ints = self.edges[bend >= np.cos(BEND)]
         return found
 
+    @cached_property
+    def _regions(self) -> dict[int, Ints]:
+        return {}
+
+    def region(self, face: int) -> Ints:
+        """Find the faces of the surface that a face is of. InputError as of `grown_faces`."""
+        if face not in self._regions:
+            self._regions[face] = grown_faces(self, [face])
+        return self._regions[face]
+
 
 @dataclass(frozen=True, eq=False)
 class PlaneFit:
