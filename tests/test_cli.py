@@ -375,10 +375,16 @@ def test_doctor_names_every_part(capsys, monkeypatch):
     ).keys()
 
 
+def warned(done):
+    """What a process warned of; on a slow machine it says how far it is, too."""
+    lines = done.stderr.decode().splitlines()
+    return [line for line in lines if line.startswith("warning: ")]
+
+
 def test_a_second_run_in_another_process_gives_the_same_bytes(cab, finished, tmp_path):
     environment = os.environ | {"PYTHONHASHSEED": "7", "LC_ALL": "C"}
     done = started("run", cab, "--out", tmp_path / "again", env=environment)
-    assert (done.returncode, done.stderr) == (0, f"warning: {IN_PIECES}\n".encode())
+    assert (done.returncode, warned(done)) == (0, [f"warning: {IN_PIECES}"])
     assert content(tmp_path / "again") == content(finished)
 
 
@@ -440,7 +446,7 @@ def test_a_terminal_without_the_letters_gets_numbers_and_json_stays_json(tmp_pat
         "--json",
         env=os.environ | {"PYTHONIOENCODING": "ascii"},
     )
-    assert (done.returncode, done.stderr) == (0, f"warning: {IN_PIECES}\n".encode())
+    assert (done.returncode, warned(done)) == (0, [f"warning: {IN_PIECES}"])
     assert json.loads(done.stdout)["cases"][0] == "größer"
 
 
