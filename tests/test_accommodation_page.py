@@ -120,6 +120,13 @@ def test_the_terminal_says_once_that_no_single_requirement_lets_anybody_in():
     assert [line for line in lines if "%  " in line][2:] == ["    0 %  everybody (0 to 28 %)"]
 
 
+def test_it_is_said_that_a_seat_beyond_its_travel_may_meet_the_floor():
+    gain = Gain("letting the seat go 80 mm lower", "reach flaps", 0.08, 2.1, 0.6, 0.9, 0.4, 0.7)
+    found = made(trainer_people(10), [FLAPS], np.full((10, 1), -0.01), gains=[gain])
+    note = "Whether a seat beyond its travel meets the floor or other parts by itself was not looked at."
+    assert population_lines(found).count(note) == 1 and note in text_of(page_of(found))
+
+
 def test_the_terminal_says_whom_one_requirement_alone_leaves_out(ten):
     lines = population_lines(ten)
     assert (

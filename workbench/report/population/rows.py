@@ -52,7 +52,7 @@ def population_lines(result: PopulationFound) -> list[str]:
     if order and not any(_alone(result, r) for r in order):
         lines.append(dropping_words(result))
     best_first = sorted(result.gains, key=lambda one: one.joint_before - one.joint_after)
-    lines += [gain_sentence(gain, count) for gain in best_first] or no_gain_words(result)
+    lines += [gain_sentence(gain, count) for gain in best_first] + no_gain_words(result)
     nobody = not result.served.any()
     for row in result.shares[:1] if nobody else result.shares:  # of nobody in any group
         low, high = (percent_number(value, row.count) for value in (row.low, row.high))

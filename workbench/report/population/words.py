@@ -443,8 +443,12 @@ def gain_sentence(gain: Gain, count: int) -> str:
 
 
 def no_gain_words(result: PopulationFound) -> list[str]:
-    """That no proposal gains anything, where people are left out and no changes were asked for;
-    else nothing."""
+    """That no proposal gains anything, where people are left out and no changes were asked for; what was
+    not looked at where a seat goes beyond its travel; else nothing."""
+    if any("letting the seat go" in one.words for one in result.gains):
+        return [
+            "Whether a seat beyond its travel meets the floor or other parts by itself was not looked at."
+        ]
     if result.gains or result.served.all() or result.study.changes:
         return []
     sits = result.place.seat is not None
