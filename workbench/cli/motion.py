@@ -254,8 +254,8 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     """Least and greatest angle [degrees] of each motion of each joint."""
     import numpy as np
 
+    from workbench.model.arrays import pieces
     from workbench.model.posing import ContinuousAngles, angles_of
-    from workbench.model.spool import pieces
 
     low = np.full((len(who.joints), 3), np.inf)
     high = -low
@@ -291,9 +291,9 @@ def _resampled(poses: Poses, step: float) -> Poses:
     """The motion at times `step` [s] apart."""
     import numpy as np
 
+    from workbench.model.arrays import pieces
     from workbench.model.poses import stacked
     from workbench.model.posing import poses_at
-    from workbench.model.spool import pieces
 
     start = poses.clock[0]
     count = int(np.floor((poses.clock[-1] - start) / step + 1e-9)) + 1
@@ -306,7 +306,7 @@ def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Cont
     from workbench.files.motions.bvh import bvh_text
     from workbench.files.motions.laban import score_text
     from workbench.files.motions.tables import angle_table_text
-    from workbench.model.spool import pieces
+    from workbench.model.arrays import pieces
     from workbench.motion.laban.reading import read_motion_score
 
     if ending == ".csv":

@@ -27,12 +27,11 @@ from workbench.contact.fields import packed_faces
 from workbench.contact.kernels.clearance import ClearanceTask, near_sides
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
 from workbench.errors import InputError, UsageError
-from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints, pieces
 from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
-from workbench.model.spool import pieces
 
 __all__ = [
     "BLOCK",

@@ -10,10 +10,9 @@ import numpy as np
 from PIL import Image, ImageColor, ImageDraw
 
 from workbench.draw.camera import Camera, facing, project, standard_view
-from workbench.draw.colours import Colour
 from workbench.draw.disks import disks
 from workbench.draw.marks.layout import FONT
-from workbench.draw.scene import Scene
+from workbench.draw.scene import Colour, Scene
 from workbench.draw.visibility import triangles_shown
 from workbench.draw.web.place_mesh import environment_mesh
 from workbench.draw.web.views import WebPlace, WebView, body_view

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.draw.chart import FINER, Chart, Stroke, Words
-from workbench.draw.colours import INK
 from workbench.draw.directions import Outlook
+from workbench.draw.scene import INK
 from workbench.draw.sheet import LETTER, Sheet
 from workbench.draw.zones import Items, spread, zones
 from workbench.errors import UsageError

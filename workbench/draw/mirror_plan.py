@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.draw.chart import FINER, Chart, Stroke, Words
-from workbench.draw.colours import INK, Colour
 from workbench.draw.directions import Outlook
+from workbench.draw.scene import INK, Colour
 from workbench.draw.sheet import GRID, Sheet
 from workbench.draw.zones import Zones, zones
 from workbench.errors import UsageError

@@ -20,8 +20,7 @@ import numpy as np
 from PIL import Image
 
 from workbench.draw.camera import Camera, to_view
-from workbench.draw.colours import INKS, PAPER
-from workbench.draw.scene import Scene, Spheres
+from workbench.draw.scene import INKS, PAPER, Scene, Spheres
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Bools, Floats, Ints
 

@@ -32,9 +32,8 @@ from workbench.files.study.reader import load_study
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.person import Person
-from workbench.model.poses import Placed, Poses
+from workbench.model.poses import Placed, Poses, matrices
 from workbench.model.posing import join_poses, pose
-from workbench.model.quaternions import matrices
 from workbench.model.result import Result
 from workbench.model.study import Study
 from workbench.model.surroundings import adjusted

@@ -30,12 +30,15 @@ from workbench.model.units import plain
 from workbench.study.bench.history import Entry, History
 from workbench.study.describe.edits_files import (
     added_file,
+    agreed,
     files_beside,
+    floored,
+    framed,
     met_file,
     moved_file,
     removed_file,
+    scaled,
 )
-from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
 from workbench.study.describe.edits_seats import carried, faced
 from workbench.study.describe.edits_things import (

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.draw.colours import Colour
+from workbench.draw.scene import Colour
 from workbench.draw.web.place_mesh import CONTROL_PART, GLASS_PART, PLAIN_PART, SEAT_PART, ThinMesh
 from workbench.draw.web.views import WebPlace
 from workbench.errors import InputError
@@ -19,7 +19,7 @@ from workbench.files.environment_schema import EnvironmentFile, PartFile
 from workbench.live.describe_protocol import GRIPS, UNITS, ZONES
 from workbench.live.protocol import packed
 from workbench.model.arrays import Floats
-from workbench.study.describe.edits_frame import AXES
+from workbench.study.describe.edits_files import AXES
 from workbench.study.describe.edits_parts import large_part, left_out
 from workbench.study.describe.state import (
     Description,

@@ -41,9 +41,8 @@ from workbench.study.bench.motions import (
     motions_judged,
 )
 from workbench.study.bench.near import Tolerances
-from workbench.study.bench.placing import Placement, placed_people
+from workbench.study.bench.placing import Placement, people_here, placed_people, sight_verdicts
 from workbench.study.bench.saving import save
-from workbench.study.bench.sights import people_here, sight_verdicts
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, open_study
 from workbench.study.people import Present, present_people
 

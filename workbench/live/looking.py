@@ -39,9 +39,14 @@ from workbench.sight.panorama import look_out, lookout
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import check_motion
-from workbench.study.bench.placing import Placement, placed_environment, placed_people
+from workbench.study.bench.placing import (
+    Field,
+    Placement,
+    field_of,
+    placed_environment,
+    placed_people,
+)
 from workbench.study.bench.reaching import check_reach, reaching_situation
-from workbench.study.bench.sights import Field, field_of
 from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.envelope.envelope import situation_envelope
 

@@ -24,9 +24,8 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INK, PAPER
 from workbench.draw.marks.layout import TEXT_SIZE
-from workbench.draw.scene import Scene, SceneBody
+from workbench.draw.scene import INK, PAPER, Scene, SceneBody
 from workbench.errors import InputError, MissingPartError, UsageError, one_of
 from workbench.files.output_file import staged
 from workbench.model.arrays import Floats

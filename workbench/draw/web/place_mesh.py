@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.draw.colours import Colour
 from workbench.draw.lines.edges import feature_edges
+from workbench.draw.scene import Colour
 from workbench.draw.web.views import WebPlace
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment

@@ -9,12 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.laban import nearest_sign, sign_words
 from workbench.model.poses import Poses
 from workbench.model.posing import ContinuousAngles, angles_of
-from workbench.model.spool import pieces
 from workbench.model.units import plain
 from workbench.report.motions.turning import Turning
 

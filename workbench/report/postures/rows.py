@@ -19,9 +19,8 @@ from workbench.files.results.postures import (
 from workbench.model.body import DIRECTIONS, Body
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, from_matrices
 from workbench.model.posing import angles_of, named_angles
-from workbench.model.quaternions import from_matrices
 from workbench.model.reach import DOUBTS
 from workbench.model.result import ControlReach, PersonFound, PosturesFound
 from workbench.report.postures.envelopes import envelope_rows, envelope_tables

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.contact.clearance_pairs import bodies_displaced
 from workbench.contact.collide import body_clearance, clearance_of_rows, self_clearance
-from workbench.contact.movers import bodies_displaced
 from workbench.errors import InputError, one_of
 from workbench.geometry.nearest import build_solid, mesh_distance
 from workbench.geometry.surfaces import surface_gap

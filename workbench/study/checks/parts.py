@@ -19,7 +19,7 @@ from workbench.contact.clearance_pairs import ClearancePair, clearance_of_pairs
 from workbench.contact.collide import allowed_depth
 from workbench.contact.kernels.search import Nearest
 from workbench.model.accommodation import MET
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, pieces
 from workbench.model.body import Body
 from workbench.model.contacts import subpart_words
 from workbench.model.criterion import Criterion, Reason
@@ -27,7 +27,6 @@ from workbench.model.environment import Environment
 from workbench.model.motion_case import Meeting
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, MotionFound
-from workbench.model.spool import pieces
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
 from workbench.study.crash.frames import BLOCK

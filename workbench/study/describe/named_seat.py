@@ -22,8 +22,7 @@ from workbench.files.seat_doubts import SITTER, rest_lines
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.posing import attitude_matrix
-from workbench.study.describe.edits_files import added_file, moved_file
-from workbench.study.describe.edits_frame import framed
+from workbench.study.describe.edits_files import added_file, framed, moved_file
 from workbench.study.describe.edits_seats import faced
 from workbench.study.describe.meshes import Ray, Standing
 from workbench.study.describe.saving import description_text

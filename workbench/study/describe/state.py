@@ -454,7 +454,7 @@ def _spot_at(opened: OpenPlace, description: Description, point: Sequence[float]
 # Edits of a description: pure functions from one description to the next.
 #
 # What was pointed at goes along when a unit, an axis or the floor changes; what was typed stays.
-# `edits_frame` has units, axes and the floor, `edits_seats` seats, `edits_things` controls, points and
+# `edits_files` has files, units, axes and the floor, `edits_seats` seats, `edits_things` controls, points and
 # figures that are typed, `edits_parts` parts. Here is what they share.
 
 SECTIONS = {"seat": "seats", "control": "controls", "point": "points"}
