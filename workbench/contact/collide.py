@@ -532,8 +532,7 @@ def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints
     segment)."""
     pose, segment = where
     local = np.einsum("cji,cj->ci", placed.world_from_segment[pose, segment][..., :3], direction)
-    side: Ints = np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
-    return side
+    return np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
 
 
 def _near_side(placed: Placed, distance: Floats, sphere: Ints, point: Floats) -> Ints:

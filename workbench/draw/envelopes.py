@@ -482,5 +482,4 @@ def _plane_crossings(corners: Floats, section: _Section) -> Floats:
         ends.append(corners[:, one] + share * (corners[:, two] - corners[:, one]))
     points = np.stack(ends, axis=1)
     cut = points[np.isfinite(points[..., 0]).sum(axis=1) == 2]
-    segments: Floats = cut[np.isfinite(cut[..., 0])].reshape(-1, 2, 3)
-    return segments
+    return cut[np.isfinite(cut[..., 0])].reshape(-1, 2, 3)

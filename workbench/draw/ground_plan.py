@@ -131,8 +131,7 @@ def _is_ground(outlook: Outlook, ground: float) -> Bools:
     scenery = outlook.scenery
     top = np.full(len(scenery.names), -np.inf)
     np.maximum.at(top, scenery.item, scenery.triangles[:, :, 2].max(axis=1))
-    lies: Bools = np.isfinite(top) & (top <= ground + _LYING)
-    return lies
+    return np.isfinite(top) & (top <= ground + _LYING)
 
 
 def blind_distances(outlook: Outlook, eyes: tuple[Panorama, Panorama], ground: float) -> Floats:
@@ -175,8 +174,7 @@ def _leaving(outlook: Outlook, ground: float, way: Floats) -> Floats:
     world = way[:, 1:] * outlook.axes[0, :2] - way[:, :1] * outlook.axes[1, :2]
     with np.errstate(divide="ignore"):
         ends = np.where(world > 0.0, corners.max(axis=0), corners.min(axis=0)) / world
-    run: Floats = np.maximum(ends.min(axis=1), 0.0)
-    return run
+    return np.maximum(ends.min(axis=1), 0.0)
 
 
 def _radius(near: Floats) -> float:

@@ -201,8 +201,7 @@ def _in_plane(seat: Seat, name: str, corners: Floats) -> Floats:
     else:
         c, s = math.cos(seat.cushion_angle), math.sin(seat.cushion_angle)
         axes = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    found: Floats = own @ axes.T
-    return found
+    return own @ axes.T
 
 
 def _met_first(seat: Seat, name: str, corners: Floats) -> float:

@@ -16,6 +16,7 @@ from workbench.errors import InputError
 from workbench.files.environment_controls import found_controls
 from workbench.files.environment_parts import MOST_PIECES, matching_parts
 from workbench.files.environment_schema import EnvironmentFile, PartFile
+from workbench.files.environments import part_rules
 from workbench.live.describe_protocol import GRIPS, UNITS, ZONES
 from workbench.live.protocol import packed
 from workbench.model.arrays import Floats
@@ -29,7 +30,7 @@ from workbench.study.describe.state import (
     standing_of,
 )
 
-__all__ = ["describe_hello", "description_frame", "drawn_place", "part_rules"]
+__all__ = ["describe_hello", "description_frame", "drawn_place"]
 
 MOST_LINES = 20_000
 """Border lines of what was picked that are sent."""
@@ -56,15 +57,6 @@ def describe_hello(opened: OpenPlace, person: str, *, saves: bool) -> bytes:
             "zones": ZONES,
         }
     )
-
-
-def part_rules(file: EnvironmentFile, names: Sequence[str]) -> list[PartFile]:
-    """The rule of each part, as `load_environment` has it: one for its own name goes before any
-    pattern."""
-    chosen = {name: PartFile() for name in names}
-    for key in sorted(file.parts, key=lambda key: key in chosen):
-        chosen |= dict.fromkeys(matching_parts(key, names), file.parts[key])
-    return list(chosen.values())
 
 
 def description_frame(

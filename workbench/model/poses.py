@@ -40,8 +40,7 @@ __all__ = [
 
 def conjugate(q: Floats) -> Floats:
     """The inverse rotations (..., 4)."""
-    inverse: Floats = q * np.array([1.0, -1.0, -1.0, -1.0])
-    return inverse
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def cross(a: Floats, b: Floats) -> Floats:
@@ -254,8 +253,7 @@ class Placed:
         return f"Placed({len(self)} poses of {self.body!r})"
 
     def _repr_html_(self) -> str | None:
-        html: str | None = above("draw.web.notebook", "notebook_html")(self)
-        return html
+        return above("draw.web.notebook", "notebook_html")(self)
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -231,15 +231,13 @@ def nearest_on_polygon(direction: Floats, polygon: Floats, centre: Floats) -> tu
 
 
 def _joints_of_kind(body: Body, kind: StopKind) -> list[int]:
-    joints: list[int] = np.flatnonzero(body.stops.kind == kind).tolist()
-    return joints
+    return np.flatnonzero(body.stops.kind == kind).tolist()
 
 
 def _outside_cone(swing: Floats, limits: Floats) -> Bools:
     """(P,) whether swings (P, 2) are outside their cones: (s1 / L1)^2 + (s2 / L2)^2 > 1."""
     half = np.maximum(np.where(swing >= 0, limits[..., 0], limits[..., 1]), SMALLEST_LIMIT)
-    outside: Bools = np.sum((swing / half) ** 2, axis=-1) > 1.0
-    return outside
+    return np.sum((swing / half) ** 2, axis=-1) > 1.0
 
 
 def _clamped(body: Body, angles: Floats, limits: Floats) -> Floats:

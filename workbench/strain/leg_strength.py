@@ -82,8 +82,7 @@ class FootStrength:
         """
         given = for_rows(force, np.float64, (), rows=len(self.mean), what="force")
         ratio = given[..., None] / np.maximum(self.by_joint, 1e-9)
-        share: Floats = ndtr((1.0 - ratio) / self.deviation).min(axis=1)
-        return share
+        return ndtr((1.0 - ratio) / self.deviation).min(axis=1)
 
 
 def foot_strength(
@@ -173,8 +172,7 @@ def foot_strength(
 
 def _foot_points(placed: Placed, foot: str) -> Floats:
     """(P, 3) [m] the centres of gravity of feet."""
-    points: Floats = placed.world_from_segment[:, placed.body.segment(foot), :, 3]
-    return points
+    return placed.world_from_segment[:, placed.body.segment(foot), :, 3]
 
 
 def _levers(placed: Placed, names: tuple[str, ...], point: Floats, way: Floats) -> Floats:
@@ -185,8 +183,7 @@ def _levers(placed: Placed, names: tuple[str, ...], point: Floats, way: Floats) 
     parents = [body.segment(name) for name in names[:3]]
     axes = placed.world_from_segment[..., 1][:, parents] * np.array(_SENSE)[:, None]
     arms = point[:, None] - joint_points(placed, joints)
-    levers: Floats = np.einsum("pji,pji->pj", axes, cross(arms, way[:, None]))
-    return levers
+    return np.einsum("pji,pji->pj", axes, cross(arms, way[:, None]))
 
 
 def joint_moments(

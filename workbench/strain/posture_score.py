@@ -174,8 +174,7 @@ def posture_score(
 def _nearest(part: Part, counted: Bools) -> Floats:
     """(P,) [rad] the least distance over the sides that count (P, 2)."""
     distance = part.distance if part.distance.ndim == 2 else part.distance[:, None]
-    least: Floats = np.where(counted, distance, np.inf).min(axis=1)
-    return least
+    return np.where(counted, distance, np.inf).min(axis=1)
 
 
 def _both(part: Part | Ints, count: int) -> Ints:

@@ -315,8 +315,7 @@ def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> 
             f"film: {end - start:g} s at {fps:g} frames/s and speed {speed:g} would be {count} frames; "
             f"1 to {MAX_FRAMES} are possible"
         )
-    times: Floats = start + np.arange(count, dtype=np.float64) * (speed / fps)
-    return times
+    return start + np.arange(count, dtype=np.float64) * (speed / fps)
 
 
 def scene_at(scene: Scene, frame: int, *, trail: int = 0, every: int = 1) -> Scene:

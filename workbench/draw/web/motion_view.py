@@ -80,8 +80,7 @@ def _times(study: MotionCase, moments: Sequence[float]) -> Floats:
     clock = study.motion.clock
     count = int(np.clip(_MOST_PLACES // max(len(study.body.sphere_names), 1), *_FRAMES))
     even = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
-    times: Floats = np.union1d(even, [time for time in moments if clock[0] < time < clock[-1]])
-    return times
+    return np.union1d(even, [time for time in moments if clock[0] < time < clock[-1]])
 
 
 def _gaps(motion: MotionFound) -> WebGaps | None:

@@ -253,5 +253,4 @@ def sharp_edges(vertices: Floats, faces: Ints) -> Ints:
     second = np.minimum(first + 1, len(ends) - 1)
     along = np.abs(np.einsum("ij,ij->i", normal[face[first]], normal[face[second]]))
     drawn = (count != 2) | (along < np.cos(SHARP))
-    found: Ints = ends[first[drawn]]
-    return found
+    return ends[first[drawn]]

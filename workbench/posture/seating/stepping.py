@@ -160,8 +160,7 @@ def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) ->
     total = np.zeros(grid.shape)
     for task in tasks:
         total += _planar_discomfort(task, lap, grid, ahead)
-    found: Ints = total.argmin(axis=1)
-    return found
+    return total.argmin(axis=1)
 
 
 def _planar_discomfort(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> Floats:

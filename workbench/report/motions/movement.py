@@ -203,17 +203,13 @@ def _way_seen(frame: Floats, point: Floats) -> Floats:
     """(3,) [m] the way between two places (2, 3) of a point, as two places (2, 3, 4) of a segment
     see it."""
     own = np.einsum("pji,pj->pi", frame[:, :, :3], point - frame[:, :, 3])
-    way: Floats = own[1] - own[0]
-    return way
+    return own[1] - own[0]
 
 
 def _joint_place(body: Body, world: Floats, joint: int) -> Floats:
     """(P, 3) [m] where a joint is, from the places (P, N, 3, 4) of the segments."""
     child = world[:, joint + 1]
-    at: Floats = (
-        np.einsum("pij,j->pi", child[:, :, :3], body.joint_in_child[0, joint]) + child[:, :, 3]
-    )
-    return at
+    return np.einsum("pij,j->pi", child[:, :, :3], body.joint_in_child[0, joint]) + child[:, :, 3]
 
 
 def _limb_sentence(body: Body, motion: Poses, reach: str, group: list[_Turn]) -> str:

@@ -168,8 +168,7 @@ def _on_sphere(centre: Floats, radius: float, eye: Floats, points: Floats) -> Fl
         of_point = np.arctan2(far * np.sin(whole - turn), far * np.cos(whole - turn) - radius)
         low = np.where(of_eye < of_point, turn, low)
         high = np.where(of_eye < of_point, high, turn)
-    found: Floats = centre + radius * (np.cos(low)[:, None] * first + np.sin(low)[:, None] * second)
-    return found
+    return centre + radius * (np.cos(low)[:, None] * first + np.sin(low)[:, None] * second)
 
 
 def _within(glass: Glass, places: Floats) -> Bools:

@@ -169,5 +169,4 @@ def _surface(placement: Placement, name: str) -> Floats:
     corners = environment.triangle_corners(part).reshape(-1, 3, 3)
     if not len(corners):
         raise InputError(f"{name} has no surface to measure to")
-    found: Floats = corners + placement.parts.by_part[part]
-    return found
+    return corners + placement.parts.by_part[part]

@@ -74,8 +74,7 @@ def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
     still = ~moved_by_hands(situation)
     pairs = [asked_pair(situation.body, situation.environment, one.criterion) for one in asked]
     near = _nearest_of(situation, [replace(pair, spheres=pair.spheres & still) for pair in pairs])
-    found: Floats = near.distance - limits + ROUNDING
-    return found
+    return near.distance - limits + ROUNDING
 
 
 def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
@@ -169,8 +168,7 @@ def _toward(placed: Placed, found: Nearest) -> Floats:
     far = np.linalg.norm(way, axis=2)
     radius = placed.body.radius[placed.person[:, None], sphere]
     seen = (found.sphere >= 0) & (far > 1e-9) & (found.distance > -radius)
-    toward: Floats = np.where(seen[..., None], way / np.maximum(far, 1e-9)[..., None], np.nan)
-    return toward
+    return np.where(seen[..., None], way / np.maximum(far, 1e-9)[..., None], np.nan)
 
 
 def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:

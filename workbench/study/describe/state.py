@@ -347,8 +347,7 @@ def spot_of(opened: OpenPlace, description: Description, hit: Hit) -> Spot:
 def spot_place(opened: OpenPlace, description: Description, spot: Spot) -> Floats:
     """(3,) [m] where a point of a mesh file stands."""
     points = np.array([spot.point])
-    found: Floats = opened.meshes.all_in_world(description.file.meshes, spot.mesh, points)[0]
-    return found
+    return opened.meshes.all_in_world(description.file.meshes, spot.mesh, points)[0]
 
 
 def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFigures:

@@ -154,8 +154,7 @@ def _heights(about: RayReach, origin: Floats) -> Floats:
         return np.zeros(0)
     first = np.ceil(high.min() / LEVELS)
     last = np.floor(high.max() / LEVELS)
-    heights: Floats = LEVELS * np.arange(first, last + 1)
-    return heights
+    return LEVELS * np.arange(first, last + 1)
 
 
 def _ray_reach(
