@@ -5,8 +5,8 @@
 Sections: places, meshes, pose, index, peers, batches, people, cockpits, commands; all of them where none is
 named. It takes some twenty-five minutes on an idle machine of two cores. --all asks everybody,
 where else fewer people are asked and the row says so: more than an hour. --quick takes the
-least of everything, to see that all of it works. --write puts the page into docs/benchmarks.md and
-wants all sections.
+least of everything, to see that all of it works. --write puts what was taken into
+docs/benchmarks.md; sections that are not named stay as they are there.
 
 CPU time of one core, but people and large batches by what the row says. Everything is warmed before
 it is timed, except commands, which are run cold and warm. Libraries that are not installed are left
@@ -31,7 +31,7 @@ from benchmarks.cockpits import cockpit_rows
 from benchmarks.commands import command_rows
 from benchmarks.peers import peer_rows
 from benchmarks.people import EVERYBODY, people_rows
-from benchmarks.table import Row, Section, page
+from benchmarks.table import Row, Section, machine, page, sections_of
 from benchmarks.timing import one_core
 from benchmarks.workload import SIZES
 
@@ -164,7 +164,7 @@ def sections(names: list[str], effort: Effort) -> Iterator[Section]:
             print(row, file=sys.stderr, flush=True)
             rows.append(row)
         print(f"{name}: {time.perf_counter() - begin:.0f} s", file=sys.stderr, flush=True)
-        yield Section(topic.title, topic.words, rows)
+        yield Section(topic.title, topic.words, rows, machine())
 
 
 def _on_one_core(topic: Topic, effort: Effort) -> Iterator[Row]:
@@ -184,8 +184,8 @@ def _options() -> argparse.Namespace:
     unknown = [name for name in options.section if name not in TOPICS]
     if unknown:
         parser.error(f"no section {', '.join(unknown)}; valid: {', '.join(TOPICS)}")
-    if options.write and (options.section or options.quick):
-        parser.error("--write wants all sections, and not --quick")
+    if options.write and options.quick:
+        parser.error("--quick takes too little to write it")
     return options
 
 
@@ -199,7 +199,15 @@ def main() -> None:
     text = page(found, whole=not options.section)
     print(text)
     if options.write:
-        PAGE.write_text(text, encoding="utf-8")
+        PAGE.write_text(_with_the_others(found), encoding="utf-8")
+
+
+def _with_the_others(taken: list[Section]) -> str:
+    """The page with the sections that were taken, and the others as they are there."""
+    old = sections_of(PAGE.read_text(encoding="utf-8")) if PAGE.exists() else []
+    by_title = {section.title: section for section in [*old, *taken]}
+    titles = [topic.title for topic in TOPICS.values()]
+    return page([by_title[title] for title in titles if title in by_title])
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
-__all__ = ["GOALS", "LIBRARIES", "Goal", "Row", "Section", "page"]
+__all__ = ["GOALS", "LIBRARIES", "Goal", "Row", "Section", "machine", "page", "sections_of"]
 
 LIBRARIES = ("warp-lang", "fcpw", "open3d", "libigl", "python-fcl", "coal", "mujoco")
 """Other libraries that figures are compared with, as they are called where they are installed."""
@@ -114,28 +114,51 @@ class Row:
         return f"| {self.figure} | {self.case} | {value} | {self.verdict} | {self.note} |"
 
 
+_HEAD = "| figure | case | | goal | |\n|---|---|---|---|---|"
+
+
 @dataclass(frozen=True)
 class Section:
-    """Rows under a title, with words on how they were taken."""
+    """Rows under a title, with words on how they were taken, and when and where."""
 
     title: str
     words: str
     rows: Sequence[Row]
+    taken: str = ""
 
     def __str__(self) -> str:
-        head = "| figure | case | | goal | |\n|---|---|---|---|---|"
-        return "\n".join([f"## {self.title}", self.words, "", head, *map(str, self.rows)])
+        head = [f"## {self.title}", self.words, "", *([f"{self.taken}.", ""] if self.taken else [])]
+        return "\n".join([*head, _HEAD, *map(str, self.rows)])
+
+
+def sections_of(text: str) -> list[Section]:
+    """Read the sections of a page back."""
+    found = []
+    for part in text.split("\n## ")[1:]:
+        head, table = part.split(f"\n\n{_HEAD}\n")
+        title, words, *taken = [line for line in head.split("\n") if line]
+        rows = [_row_of(line) for line in table.strip().split("\n")]
+        found.append(Section(title, words, rows, "".join(taken).removesuffix(".")))
+    return found
+
+
+def _row_of(line: str) -> Row:
+    """Read a row of a table back; the figure with the digits that are there."""
+    figure, case, value, _, note = line.removeprefix("| ").removesuffix(" |").split(" | ")
+    number, _, unit = value.partition(" ")
+    return Row(figure, case, None if number == "none" else float(number), unit, note)
 
 
 def page(sections: Sequence[Section], *, whole: bool = True) -> str:
-    """Return the page of some sections: the machine, what is not met, and the figures.
+    """Return the page of some sections: what is not met, and the figures.
 
     whole: whether these are all, so that a goal without a figure is one that nothing was taken for.
     """
     rows = [row for section in sections for row in section.rows]
     judged = [row for row in rows if row.goal is not None]
     missed = [row for row in judged if row.missed]
-    lines = ["# Benchmarks", "", f"{machine()}.", "Made by `python -m benchmarks --write`.", ""]
+    lines = ["# Benchmarks", ""]
+    lines += ["Made by `python -m benchmarks --write`; each section says when it was taken.", ""]
     lines.append(f"{len(judged) - len(missed)} of {len(judged)} goals are met.")
     if missed:
         lines += ["", "Not met:", ""]

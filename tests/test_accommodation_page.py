@@ -36,7 +36,7 @@ from workbench.report.population.charts import (
     share_axis,
     whisker,
 )
-from workbench.report.population.rows import population_rows
+from workbench.report.population.rows import population_lines, population_rows
 from workbench.report.population.words import (
     gain_sentence,
     person_sentence,
@@ -109,6 +109,25 @@ def ten():
     return made(people, [FLAPS, KNEE], np.stack([flaps, knee], axis=1), gains=[gain], shown=True)
 
 
+def test_the_terminal_says_once_that_no_single_requirement_lets_anybody_in():
+    both = made(trainer_people(10), [FLAPS, KNEE], np.full((10, 2), -0.01))
+    lines = population_lines(both)
+    assert lines[:3] == [
+        "    0 %  meet “reach flaps”",
+        "    0 %  meet “right knee clear of the panel”",
+        "Everybody who is left out misses two requirements or more: dropping a single one would gain nothing.",
+    ]
+    assert [line for line in lines if "%  " in line][2:] == ["    0 %  everybody (0 to 28 %)"]
+
+
+def test_the_terminal_says_whom_one_requirement_alone_leaves_out(ten):
+    lines = population_lines(ten)
+    assert (
+        lines[0] == "   60 %  meet “reach flaps” (30 % miss only this, without it 70 % would fit)"
+    )
+    assert lines[-1] == "   40 %  everybody, with no overlap beyond what is allowed"
+
+
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
     said = population_headline(ten)
     assert said == (
@@ -156,7 +175,7 @@ def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
     assert "the men here" not in said  # five men are too few to be compared with
     assert "women here have more" in person_sentence(trainer_accommodation(200, shown=False), 102)
     assert "right knee is 12 mm too close to instrument panel" in person_sentence(ten, 5)
-    assert person_sentence(ten, 9).endswith("every requirement is met.")
+    assert person_sentence(ten, 9).endswith("is met, “reach flaps” with 50 mm to spare.")
 
 
 def test_the_five_hardest_stand_worst_first_and_each_has_a_picture(ten):
@@ -259,7 +278,13 @@ def test_each_kind_of_reason_has_its_words(reason, said):
         (
             FLAPS,
             Reason("part", "instrument_panel"),
-            "the reach stays 12 mm short of flaps in zone 2: instrument panel is in the way",
+            "the reach stays 12 mm short of flaps in zone 2; instrument panel is in the way",
+        ),
+        (
+            FLAPS,
+            Reason("deep", "instrument_panel", at="arm"),
+            "the reach stays 12 mm short of flaps in zone 2; on it the arm is that much too deep in "
+            "instrument panel",
         ),
         (
             FLAPS,

@@ -198,6 +198,14 @@ def test_the_hardest_are_of_different_troubles_first():
     assert found[6] == 1 and len(found) == 5
 
 
+def test_where_all_is_met_the_tightest_is_shown_and_no_foot_that_is_on_its_pedal():
+    margin = np.array([[0.001, 0.03, 0.004], [0.001, 0.02, 0.005]])
+    checks = ["pedals", "clearance", "self_contact"]
+    assert hardest_rows(margin, np.ones(2), checks=checks) == {1: 1}
+    assert hardest_rows(margin[:, ::2], np.ones(2), checks=checks[::2]) == {0: 1}
+    assert hardest_rows(margin[:, :1], np.ones(2), checks=checks[:1]) == {0: 0}
+
+
 def test_the_odd_measure_of_a_man_with_short_arms_is_his_reach():
     model = wb.load_population_model("ansur2")
     people = draw_people(model, 400, seed=2, men=1.0)

@@ -90,7 +90,7 @@ def test_a_prediction_says_how_deep_the_thighs_are_and_the_seat_may_go_along(tra
     held = predicted(trainer, small_woman, "pilot", wanted).arrangement
     found = answer(placed_people(trainer, held))
     said = troubles(trainer, found, 0)
-    deep = re.search(r"thighs press (\d+) mm deep into the front of left_seat_pan", str(said.words))
+    deep = re.search(r"thighs press (\d+) mm deep into the front of left seat pan", str(said.words))
     least = min(pair.distance for pair in near_pairs(found) if pair.target == "left_seat_pan")
     assert int(deep[1]) == pytest.approx(-1e3 * least, abs=1.0) and said.offer == "free"
     edit = predicted(trainer, small_woman, "pilot", replace(wanted, free=True))

@@ -403,7 +403,7 @@ def test_four_people_heed_each_other_and_are_saved_as_a_run_finds_them(tmp_path)
     back = (0.4, 0.92, 1.25)  # inside of the one in front
     assert reached(opened, there, "two", LimbTarget("right hand", back)).words == ""
     edit = reached(opened, there, "two", LimbTarget("right hand", back, obstacles=True))
-    assert edit.words.endswith("limited by one's central torso")
+    assert edit.words.endswith("; one's central torso is in the way")
     (room,) = judged(opened, edit.arrangement).found.verdicts
     assert {room.worst.person, room.worst.other_person} == {"one", "two"}
     save(opened, read_text(path), edit.arrangement)

@@ -8,12 +8,13 @@ import pytest
 
 import workbench as wb
 from benchmarks import batches
+from benchmarks.__main__ import PAGE
 from benchmarks.cases import Case, in_cockpit, in_real_vehicle, opened, seated_in
 from benchmarks.clearance import brute_force, by_segment, checked, segment_gap, winding
 from benchmarks.commands import run_command
 from benchmarks.peers import PEERS, asked_of_us
 from benchmarks.people import bodies_of, everybody, margins_in_seat, share_of_fits, some_of
-from benchmarks.table import GOALS, Row, Section, page
+from benchmarks.table import GOALS, Row, Section, page, sections_of
 from tests import oracles
 from workbench.model.accommodation import met_of
 from workbench.study.accommodation.accommodation import accommodation
@@ -126,6 +127,18 @@ def test_a_command_is_run_in_a_process_of_its_own(name, tmp_path):
     assert cost.out
     assert cost.cpu > 0
     assert 0 < cost.memory < 2
+
+
+def test_sections_of_a_page_are_read_back_so_that_others_stay_as_they_were_taken():
+    rows = [
+        Row("any", "a case", 1.25, "us a pose", "a note"),
+        Row("any", "b", None, "", "none here"),
+    ]
+    first = Section("First", "Some words.", rows, "2026-01-02, a machine, load 0.1 at the end")
+    second = Section("Second", "Others.", [Row("warm", "trainer_reach", 9.0, "s")])
+    assert sections_of(page([first, second])) == [first, second]
+    text = PAGE.read_text(encoding="utf-8")
+    assert page(sections_of(text)) == text
 
 
 def test_the_page_names_what_is_not_met():

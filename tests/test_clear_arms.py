@@ -124,7 +124,7 @@ def test_a_reach_kept_from_elsewhere_is_none_where_it_enters_the_own_body(man, s
         still = still_reached(
             man,
             sits,
-            LAP,
+            LAP[None],
             limb=arm,
             kept=kept,
             environment=FAR,

@@ -12,6 +12,7 @@ import workbench as wb
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.leg_oracle import SPARE, leg_overlap, legs_of_grid
 from workbench.posture.seating.clear_legs import clear_legs
+from workbench.report.words import finding_sentence
 
 ENVIRONMENT = """
 environment: knees
@@ -46,7 +47,9 @@ cases:
   - name: sitting
     people:
       pilot: {predicted: {heels: heel, feet: {left: left_pedal, right: right_pedal}}}
-criteria: [{name: pedals, check: pedals}]
+criteria:
+  - {name: pedals, check: pedals}
+  - {name: reach, check: reach, controls: [left_pedal, right_pedal]}
 """
 BOXES = {
     "pan": ([-50, -250, 200], [300, 250, 300]),
@@ -81,6 +84,14 @@ def at(person, name):
     placed = person.placed
     sphere = list(placed.body.subparts).index(name)
     return placed.centres[0, sphere], float(placed.body.radius[0, sphere])
+
+
+def one_answer(result):
+    """[m] How far the worse foot stays short of its pedal, which pedals and reach tell alike."""
+    pedals, reach = (verdict.worst for verdict in result.verdicts)
+    assert [verdict.passed for verdict in result.verdicts] == [pedals.value >= -1e-3] * 2
+    assert min(pedals.value, 0.0) == pytest.approx(min(reach.value, 0.0), abs=1e-3)
+    return -pedals.value
 
 
 def deepest_in_post(result, person):
@@ -161,6 +172,7 @@ def test_a_leg_leaves_a_post_beside_its_knee_and_stays_on_its_pedal(tmp_path, al
     assert -0.005 < heel[2] - before[2] < 0.026
     assert person.margin[0].min() >= -1e-3
     assert not any("leg is" in line for line in result.warnings)
+    assert one_answer(result) == pytest.approx(0.0, abs=1e-3)
     np.testing.assert_array_equal(at(person, "LLL/knee cap")[0], at(alone[1], "LLL/knee cap")[0])
 
 
@@ -196,6 +208,13 @@ def test_what_no_posture_of_the_legs_avoids_is_said(tmp_path, alone):
     for side in ("left", "right"):
         words = rf"the {side} leg is \d+ mm deeper in post than is allowed"
         assert any(re.search(words, line) for line in result.warnings)
+    assert one_answer(result) > 0.02
+    for verdict in result.verdicts:
+        words = finding_sentence(verdict.criterion.check, verdict.worst)
+        assert re.search(
+            r"the \w+ foot stays [\d.]+ mm short of .*; on it the leg is that much too deep in post",
+            words,
+        )
     np.testing.assert_array_equal(person.poses.rotations, alone[1].poses.rotations)
 
 

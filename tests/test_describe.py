@@ -21,6 +21,8 @@ from workbench.errors import InputError
 from workbench.files.environments import load_environment
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import axes_rotation
+from workbench.files.seat_figures import seat_figures
+from workbench.files.surface_planes import Surface, fitted_plane, grown_faces
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_text import parse_yaml
 from workbench.study.describe.edits_files import agreed, floored, framed, scaled
@@ -30,7 +32,6 @@ from workbench.study.describe.edits_things import placed_point, pointed, removed
 from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.people import seated_eye, seated_words
 from workbench.study.describe.piece_names import piece_names
-from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
 from workbench.study.describe.saving import (
     ForeignFileError,
     SavedPlace,
@@ -38,7 +39,6 @@ from workbench.study.describe.saving import (
     save_first_study,
     unfinished,
 )
-from workbench.study.describe.seats import seat_figures
 from workbench.study.describe.state import open_place, open_sizes, standing_of
 
 DOWN = (0.0, 0.0, -1.0)

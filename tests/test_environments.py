@@ -12,6 +12,7 @@ import trimesh
 import workbench as wb
 from tests.conftest import SHARED, real_input
 from workbench import InputError, UsageError, environment_from_mesh, load_environment
+from workbench.cli import main
 from workbench.files.environments import environment_files
 from workbench.files.inspection import inspect_environment, inspect_mesh
 from workbench.files.meshes.mesh_validation import validate_part
@@ -411,6 +412,14 @@ def test_inspecting_an_environment_counts_its_parts(tmp_path):
         ("pan", 12, 6, 0),
         ("sheet", 10, 5, 4),
     ]
+
+
+def test_inspecting_an_environment_tells_seats_controls_and_points_with_their_parts(capsys):
+    assert main(["inspect", "trainer"]) == 0
+    said = capsys.readouterr().out
+    assert "seat 'left' at (0, 280, 280) mm: 0 mm from 'left_seat_pan'" in said
+    assert "control 'flaps' at (213, 22, 366) mm: 0 mm from 'flap_lever'" in said
+    assert "point 'left_heel' at (786, 280, 0) mm: 0 mm from 'floor', the nearest part" in said
 
 
 def test_the_ranger_comes_out_in_metres_where_its_simulation_model_has_it():

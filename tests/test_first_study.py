@@ -195,6 +195,19 @@ def test_somebody_stands_at_the_controls_on_the_floor_and_faces_them(tmp_path):
     assert result.passed, [v.criterion.name for v in result.verdicts if not v.passed]
 
 
+@pytest.mark.parametrize("floor", [True, False])
+def test_nobody_stands_at_the_height_of_a_board_in_the_air(tmp_path, capsys, floor):
+    """A board 40 mm thick, its upper side at 1,000 mm, over a floor at 0 or over nothing."""
+    board = {"board": corners((-0.2, -0.8, 0.96), (0.1, 0.8, 1.0))}
+    parts = board | ({"floor": DESK["floor"]} if floor else {})
+    rows = f"{{a: {control((0, 0, 1000), 'push', 1, 'board')}}}"
+    study = first(write_cab(tmp_path, parts=parts, seats=(), controls=rows))
+    assert study["people"]["person"]["stand"]["on"][2] == 0
+    said = capsys.readouterr().out
+    assert ("on the floor below" in said) == floor
+    assert ("no part 600 mm broad faces up there" in said) != floor
+
+
 def test_nobody_is_to_step_into_a_ledge_in_the_floor(tmp_path):
     """A mat 10 mm high begins 0.45 m to the left of the middle."""
     rows = f"{{a: {control((0, 0, 900), 'push', 1, 'desk')}}}"

@@ -17,6 +17,7 @@ from workbench import load_study
 from workbench.cli import main
 from workbench.model.accommodation import Change, met_of
 from workbench.model.surroundings import Move
+from workbench.study import positions
 from workbench.study.accommodation.chunks import joined_chunks, result_chunks
 from workbench.study.accommodation.gains import changed_question
 from workbench.study.checks.table import margins_of
@@ -149,6 +150,28 @@ def test_a_change_asks_only_whom_it_may_change_and_finds_the_same_people_fitting
     _, study, _ = found
     fits, fit_before = fit_with_a_change(study, CHANGES[name])
     assert (fits != fit_before).any()
+
+
+def test_who_is_searched_for_again_with_a_change_begins_with_what_was_found_of_him(
+    found, monkeypatch
+):
+    """As where few starts say that somebody fits, and all starts that he does not."""
+    judge, spoiled, again = positions._judge_whole, [], []
+
+    def judge_otherwise(search):
+        judge(search)
+        if search.begun and search.again:
+            again.append(len(search.before.fits) == len(search.who))
+        if search.begun and not search.again and search.moved.any():
+            last = int(np.flatnonzero(search.moved)[-1])
+            spoiled.append((last, len(search.who)))
+            search.best.tried.margin[last] = -1.0
+
+    monkeypatch.setattr(positions, "_judge_whole", judge_otherwise)
+    _, study, _ = found
+    fit_with_a_change(study, CHANGES["seat"])
+    assert any(last > 0 for last, _ in spoiled)  # one of several, and not the first
+    assert again and all(again)
 
 
 def fit_with_a_change(study, change):

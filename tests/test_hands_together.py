@@ -140,7 +140,7 @@ def test_of_two_hands_that_do_not_both_hold_one_holds_and_the_other_is_told(stud
     (told,) = [one.sentence for one in there.short if "hand stays" in one.words]
     hand, other = {"a": ("right", "b"), "b": ("left", "a")}[kept.place.role]
     assert told == (
-        f"{kept.place.role}, flying: the {hand} hand stays {1e3 * misses(kept):.0f} mm from "
+        f"{kept.place.role}, flying: the {hand} hand stays {1e3 * misses(kept):.1f} mm short of "
         f"parking_brake: kept off by {other}: no posture was found in which all hands are on their controls "
         "and nobody touches another"
     )

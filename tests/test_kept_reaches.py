@@ -15,6 +15,8 @@ from workbench.model.accommodation import Requirement
 from workbench.model.criterion import TOO_SHORT, Criterion, Reason
 from workbench.model.environment import Control, OwnPiece
 from workbench.model.result import ControlReach
+from workbench.model.units import UNITS
+from workbench.report.population.words import spare_words
 from workbench.study.kept_reaches import kept_by_parts, kept_of_people, kept_words
 
 REASONS = (Reason("part", "stalk"), Reason("part", "wall"), TOO_SHORT)
@@ -46,14 +48,14 @@ def told(margins, reasons):
 
 def test_a_part_that_touches_the_control_is_asked_about():
     assert told([-7.6, -7.6], [STALK, STALK]) == [
-        "nobody reaches lever: stalk is in the way by 7.6 mm, and touches knob: is it the control's "
+        "nobody reaches lever: stalk is in the way, hands stay 7.6 mm short; it touches knob: is it the control's "
         "own stalk, base or screw? If it is, 'part: [knob, stalk]' of lever says so"
     ]
 
 
 def test_a_part_that_touches_nothing_of_it_is_in_the_way_and_no_more():
     assert told([-5.0, -9.0], [WALL, WALL]) == [
-        "nobody reaches lever: wall is in the way by 5.0 to 9.0 mm"
+        "nobody reaches lever: wall is in the way, hands stay 5.0 to 9.0 mm short"
     ]
 
 
@@ -81,7 +83,7 @@ def test_a_person_who_is_asked_in_several_cases_is_told_the_best_and_the_worst()
     ]
     (words,) = kept_words(kept_of_people(room(), [asked], rows))
     assert words.startswith(
-        "driver does not reach lever: stalk is in the way by 309.0 to 522.0 mm,"
+        "driver does not reach lever: stalk is in the way, hands stay 309.0 to 522.0 mm short;"
     )
 
 
@@ -127,7 +129,7 @@ def test_a_share_of_nobody_for_a_part_in_the_way_does_not_open_the_page(tmp_path
     study = toy(tmp_path, 4, "{name: knobs, check: reach, controls: [near], hand: right}")
     main(["run", str(study), "--out", str(tmp_path / "out")])
     told = capsys.readouterr()
-    first = "nobody reaches near: Cube 2 is in the way by "
+    first = "nobody reaches near: Cube 2 is in the way, hands stay "
     warned = [line for line in told.err.splitlines() if line.startswith("warning: ")]
     assert warned[0].startswith(f"warning: {first}")
     assert "nobody meets" not in told.err
@@ -136,6 +138,22 @@ def test_a_share_of_nobody_for_a_part_in_the_way_does_not_open_the_page(tmp_path
     assert lead.startswith("N" + first[1:])
     assert "With the environment as described, nobody fits" in lead
     assert "people fit</span>" not in page.split("</h1>")[0]
+
+
+def test_a_page_on_which_everybody_fits_shows_whoever_is_nearest_to_overlapping(tmp_path):
+    study = toy(tmp_path, 4, "{name: oneself, check: self_contact, segments: [RHN]}")
+    assert main(["run", str(study), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    result = wb.run(wb.load_study(study)).population
+    (tight,) = result.shown
+    assert result.served.all()
+    assert result.margin[tight.row, 0] == result.margin.min()
+    body, placed = tight.placed.body, tight.placed
+    away = np.linalg.norm(placed.centres[0] - tight.target, axis=1)
+    assert np.abs(away - body.radius[placed.person[0]]).min() < 1e-6  # on somebody's surface
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<h2>The tightest case</h2>" in page
+    left = spare_words(float(result.margin.min()), UNITS["m"])
+    assert f"“oneself” is met with {left}" in page
 
 
 def test_a_list_of_parts_answers_the_question(tmp_path):

@@ -233,6 +233,13 @@ def test_a_dae_that_grows_without_bound_is_refused_at_once(tmp_path):
     )
 
 
+def test_the_upward_axis_of_a_dae_is_read_in_any_case_and_an_unknown_one_is_refused(tmp_path):
+    node = '<node><instance_geometry url="#tri"/></node>'
+    text = dae(node, unit="<up_axis>z_up</up_axis>")
+    assert read_mesh(written(tmp_path, "a.dae", text)).up == "z"
+    refused(written(tmp_path, "b.dae", text.replace("z_up", "W_UP")), "up_axis")
+
+
 @pytest.mark.parametrize("meter", ["x", "0", "-1", "nan", "1e9"])
 def test_a_dae_with_a_senseless_unit_is_refused(tmp_path, meter):
     node = '<node><instance_geometry url="#tri"/></node>'

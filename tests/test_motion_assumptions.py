@@ -398,6 +398,25 @@ def test_a_person_on_the_head_and_knees_that_bend_back_are_remarked_on():
 
 
 @pytest.mark.parametrize(
+    ("frame", "way", "told"),
+    [
+        (slice(7, 8), 5.0, "changes by"),
+        (slice(7, None), 5.0, "changes by"),
+        (slice(None), 0.0, "travels at"),
+    ],
+)
+def test_a_person_who_jumps_for_a_frame_or_flies_is_remarked_on(frame, way, told):
+    """5 m within 0.05 s and back; or 100 m from frame to frame, as millimetres taken for metres."""
+    world = np.array(WALK.world_from_reference)
+    world[frame, 0, 3] += way
+    if not way:
+        world[:, 0, 3] = 100.0 * np.arange(len(world))
+    odd = Poses(WALK.rotations, WALK.reference, world, WALK.time)
+    (said,) = motion_doubts(BODY, odd)
+    assert told in said and "m/s" in said
+
+
+@pytest.mark.parametrize(
     ("factor", "told"),
     [
         (1000.0, "the frames are 50 s apart: if these are milliseconds"),

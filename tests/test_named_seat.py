@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ROOT
@@ -12,6 +14,8 @@ from tests.made_seat import BOX, SRP, corners, obj_text, seat_parts
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.environments import load_environment
+from workbench.files.seat_doubts import rest_doubts
+from workbench.files.seat_search import PartFaces, found_seat
 from workbench.files.yaml_text import parse_yaml
 from workbench.study.describe.named_seat import named_seat
 
@@ -28,7 +32,7 @@ def made(folder, text, cushion="pan", back="rest", **frame):
     return named_seat([path], cushion, back, **frame)
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(
     cushion=st.floats(-5.0, 30.0),
     back=st.floats(-5.0, 50.0),
@@ -82,6 +86,60 @@ def test_cushion_and_back_may_be_one_part_and_its_front_is_leaned_against(tmp_pa
     found = said(made(tmp_path, text, "seat", "seat", length="m", up="z", forward="x").lines)
     assert np.allclose(found["srp"], 1e3 * np.array(SRP), atol=0.2)
     assert (found["cushion_angle"], found["back_angle"]) == (10, 20)
+
+
+def bucket(diagonals, bolster):
+    """Faces of a seat in one part, level and upright, symmetric about y = 0: its cushion begins at
+    (0, 0, 0), its back has a rear side 140 mm behind its front, and both are dished, with bolsters.
+    diagonals: for each of the quads, which way it is cut."""
+    y = np.array([-0.28, -0.22, -0.15, 0.0, 0.15, 0.22, 0.28])
+    rise = np.array([bolster, 0.6 * bolster, 0.004, 0.0, 0.004, 0.6 * bolster, bolster])
+    along = np.linspace(0.0, 0.5, 4)
+    quads = []
+    for row in range(3):
+        for k in range(6):
+            ends = [(row, k), (row + 1, k), (row + 1, k + 1), (row, k + 1)]
+            dish = [1.0 + 2.0 * along[i] for i, _ in ends]
+            quads.append(
+                [(along[i], y[j], rise[j] * f) for (i, j), f in zip(ends, dish, strict=True)]
+            )
+            quads.append([(rise[j] * f, y[j], 1.4 * along[i] + 0.02) for (i, j), f in zip(ends, dish, strict=True)])  # fmt: skip
+            quads.append([(-0.14, y[j], 1.4 * along[i] - 0.1) for i, j in ends])
+    cuts = ([[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]])
+    return np.concatenate(
+        [np.array(q)[cuts[int(d)]] for q, d in zip(quads, diagonals, strict=True)]
+    )
+
+
+@settings(max_examples=8, phases=[Phase.explicit, Phase.generate])
+@given(
+    diagonals=st.lists(st.booleans(), min_size=54, max_size=54),
+    bolster=st.sampled_from([0.0, 0.02, 0.035, 0.0625, 0.08, 0.1]),
+    aside=st.floats(-1.0, 1.0),
+)
+def test_a_symmetric_seat_is_found_in_its_middle_however_it_is_cut_into_triangles(
+    diagonals, bolster, aside
+):
+    faces = bucket(diagonals, bolster) + np.array([0.0, aside, 0.0])
+    x, y, z = found_seat(*[PartFaces("seat", faces)] * 2).figures.srp
+    assert y == pytest.approx(aside, abs=5e-3)  # quads of bolsters are warped
+    assert abs(x) < 0.03 and abs(z) < 0.03  # before the back, and not behind its rear side
+    mirrored = faces[:, ::-1] * np.array([1.0, -1.0, 1.0])
+    other = found_seat(*[PartFaces("seat", mirrored)] * 2).figures.srp
+    assert np.allclose(other, [x, -y, z], atol=8e-3)
+
+
+@pytest.mark.parametrize("name", ["trainer", "compact_car"])
+def test_check_sends_a_seat_that_is_moved_to_where_it_is_found_by_its_parts(name):
+    environment = load_environment(ROOT / "environments" / name)
+    for seat in environment.seats:
+        faces = [environment.triangle_corners(environment.part_index(part)) for part in seat.parts]
+        x, y, z = seat.srp
+        (doubt, *_) = rest_doubts(replace(seat, srp=(x + 0.05, y, z + 0.12)), *faces)
+        right = found_seat(*map(PartFaces, seat.parts, faces)).figures.srp
+        at = ", ".join(str(round(1e3 * value)) for value in right)
+        assert f"at ({at}) mm it would be where the planes of both meet" in doubt.words
+        assert np.allclose(right, seat.srp, atol=1e-4)
 
 
 def test_what_was_measured_is_said_and_the_lines_are_an_environment(tmp_path, capsys):

@@ -7,6 +7,8 @@ import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from tests.conftest import BOX, BOX_FACES, SHARED, real_input
@@ -306,6 +308,32 @@ def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
         "is that its 'part'? [part of control propeller]"
     ]
     assert depths(environment) == {}
+    assert environment.assumed[0].startswith(
+        "controls 'propeller' (0 mm from 'PropCap'), 'free' (886 mm from 'MixCap'): no part is named"
+    )
+
+
+@settings(max_examples=20, deadline=None)
+@given(at=st.tuples(*[st.integers(-900, 900)] * 3), swapped=st.booleans())
+def test_a_control_away_from_its_part_is_told_the_nearest_part_and_point(
+    tmp_path_factory, at, swapped
+):
+    """Of a box from 0 to 100 mm the nearest point is that of each coordinate clipped to it."""
+    boxes = {"far": ((3000, 0, 0), (3100, 100, 100)), "near": ((0, 0, 0), (100, 100, 100))}
+    named = "near" if swapped else "far"
+    environment = place(tmp_path_factory.mktemp("cab"), boxes, {"knob": (at, "push", named)})
+    nearest = np.clip(at, 0, 100)
+    gap = float(np.linalg.norm(np.array(at) - nearest))
+    said = [words for words in environment.warnings if "'knob' is" in words]
+    if swapped and gap <= 60.0:
+        assert said == []
+        return
+    point = f"({', '.join(map(str, nearest.tolist()))}) mm"
+    inside = all(0 <= value <= 100 for value in at)
+    words = (
+        f"nearest at {point}" if swapped else f"the nearest part is 'near', {gap:.0f} mm away at "
+    )
+    assert words in said[0] and (swapped or inside or point in said[0])
 
 
 def test_a_stalk_that_is_stated_of_two_levers_is_doubted_and_one_wheel_of_two_places_is_not(
@@ -346,5 +374,6 @@ def test_a_unit_explains_no_control_that_is_within_the_box_of_its_part(tmp_path)
     controls = {"lever": ((700, 0, 900), "push", "cab")}
     environment = place(tmp_path, shell, controls, more="parts: {cab: {solid: false}}\n")
     assert [words for words in environment.warnings if "lever" in words] == [
-        "control 'lever' is 700 mm away from its part 'cab' [place of control lever]"
+        "control 'lever' is 700 mm away from its part 'cab', which is nearest at (0, 0, 900) mm "
+        "[place of control lever]"
     ]

@@ -192,6 +192,24 @@ def test_what_is_wrong_in_a_raw_file_is_named_with_line_and_column(people, old, 
     assert len(error.value.problems) == 1 and told in error.value.problems[0]
 
 
+@pytest.mark.parametrize(
+    ("sign", "encoding", "told"),
+    [
+        (";", "utf-8", "parted by ';'"),
+        ("\t", "utf-8", "parted by '\\t'"),
+        (",", "utf-16", "UTF-16"),
+    ],
+)
+def test_a_raw_file_that_a_spreadsheet_wrote_otherwise_says_what_to_do(
+    tmp_path, sign, encoding, told
+):
+    path = tmp_path / "people.csv"
+    path.write_text(CSV.replace(",", sign), encoding=encoding)
+    with pytest.raises(InputError, match="save it") as error:
+        read_ansur(path, measures=["stature"])
+    assert told in str(error.value)
+
+
 def test_a_raw_file_without_people_is_refused(people, tmp_path):
     with pytest.raises(InputError, match="holds no people"):
         people(CSV.splitlines()[0])

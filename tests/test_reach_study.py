@@ -17,6 +17,7 @@ from workbench import limb, load_study, scale
 from workbench.draw.scene_builder import build_source
 from workbench.model.criterion import Criterion
 from workbench.model.reach import DOUBTS
+from workbench.report.postures.envelopes import litres_taken
 from workbench.report.postures.rows import doubt_sentence
 from workbench.study.people import present_people
 from workbench.study.situation import position_of
@@ -118,7 +119,7 @@ def test_a_run_says_who_reaches_what_in_words(ran, tmp_path):
         r.sentence for r in rows.postures[0].reaches if r.control == "grab_handle" and r.zone == 1
     )
     assert re.fullmatch(
-        r"pilot, zone 1: the right hand stays \d+\.\d mm from grab_handle, limited by .+\.",
+        r"pilot, zone 1: the right hand stays \d+\.\d mm short of grab_handle, limited by .+\.",
         sentence,
     )
     assert not rows.passed and "<h2>Reach</h2>" in (tmp_path / "out" / "report.html").read_text()
@@ -275,3 +276,10 @@ def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():
 )
 def test_the_page_says_how_doubts_ended(ends, sentence):
     assert doubt_sentence([DOUBTS[end] for end in ends]) == sentence
+
+
+def test_the_litres_that_parts_take_of_an_envelope_add_up():
+    lost = dict(zip("abcdef", [0.0476, 0.0116, 0.0096, 0.0055, 0.0046, 0.0021], strict=True))
+    named, others, by_others = litres_taken({**lost, "": 0.0001})
+    assert [litres for _, litres in named] == [48, 12, 10, 5, 4]  # 81 in all, not 82
+    assert (others, by_others) == (2, 2)

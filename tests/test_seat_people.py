@@ -22,6 +22,9 @@ from workbench.posture.seating.seating import seat_planes
 
 TRAINER = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)
 EYE = 1.053
+FEET = tuple(TRAINER.at)
+SOME = st.lists(st.sampled_from(FEET), unique=True, max_size=2).map(tuple)
+WAY = st.floats(-0.15, 0.15)
 MEASURES = (
     {"stature": 1.52},
     {"stature": 1.60, "thumb_tip_reach": 0.70},
@@ -323,6 +326,39 @@ def test_a_seat_that_stands_and_faces_elsewhere_is_sat_in_alike_to_the_bit(
         assert np.array_equal(one.forward, two.forward)
         assert np.array_equal(one.discomfort, two.discomfort)
         assert np.abs(one.eye @ turn.T + offset - two.eye).max() < 1e-12
+
+
+@settings(max_examples=8, deadline=None)
+@given(along=SOME, forward=WAY, up=WAY)
+def test_a_pedal_that_goes_along_is_one_that_stands_there(people, seat, along, forward, up):
+    shift = np.array([forward, 0.0, up])
+    held = np.repeat([[forward, up]], len(people), axis=0)
+    there = {foot: tuple(np.add(at, shift * (foot in along))) for foot, at in TRAINER.at.items()}
+    poses = poses_of(people)
+    moved = sit(people, poses, seat, pedals=Pedals(TRAINER.at, along=along), held=held)
+    stated = sit(people, poses, seat, pedals=Pedals(there), held=held)
+    # what is farther than the leg ends at a tolerance of the search
+    assert np.abs(moved.poses.rotations - stated.poses.rotations).max() < 2e-3
+    for foot in FEET:
+        assert np.abs(moved.miss[foot] - stated.miss[foot]).max() < 1e-5
+
+
+@settings(max_examples=4, deadline=None)
+@given(forward=WAY, up=WAY)
+def test_seat_and_footplates_moved_together_carry_the_posture_along(people, seat, forward, up):
+    plates = Pedals(TRAINER.at, 0.0, along=FEET)
+    held = np.repeat([[forward, up]], len(people), axis=0)
+    rest, moved = (
+        sit(people, poses_of(people), seat, pedals=plates, held=at) for at in (0 * held, held)
+    )
+    assert np.abs(moved.poses.rotations - rest.poses.rotations).max() < 1e-5
+    way = moved.poses.world_from_reference[:, :, 3] - rest.poses.world_from_reference[:, :, 3]
+    assert np.abs(way - [forward, 0.0, up]).max() < 1e-6
+
+
+def test_a_seat_with_footplates_stays_where_it_stands(people, seat):
+    found = sit(people, poses_of(people), seat, pedals=Pedals(TRAINER.at, 0.0, along=FEET))
+    assert (found.forward == 0.0).all()
 
 
 def test_what_cannot_be_seated_is_refused(people, seat):

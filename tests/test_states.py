@@ -95,6 +95,6 @@ def test_a_change_that_was_tried_is_shown_before_and_after():
     making = Making(PageViews(packing))
     sections = population_sections(replace(found, tried=(tried,)), making)
     html = next(section.html for section in sections if section.name == "changes")
-    assert "40 mm lacking for “reach flaps” as it is, 12 mm to spare after moving" in html
+    assert "misses “reach flaps” by 40 mm as it is, and has 12 mm to spare after moving" in html
     (view,) = packing.views
     assert view["states"] == ["as it is", "moving flaps 32 mm aft"]

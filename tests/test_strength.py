@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import linprog
 
 import workbench as wb
 from workbench.errors import InputError
 from workbench.files.study.rules import load_rule_set
 from workbench.strain.arm_strength import arm_net
-from workbench.strain.leg_strength import AGES, joint_moments
+from workbench.strain.leg_strength import AGES, joint_moments, largest_push
 
 FIELD = load_rule_set("strain_arm_force_field")
 LEGS = load_rule_set("strain_leg_strength")
@@ -192,15 +193,40 @@ def test_the_force_on_a_pedal_is_the_least_that_a_joint_bears_at_its_lever(man):
     levers = np.array([hip[2], knee[2], ankle[2]]) - foot[2]
     # over it: the knee extends, hip and ankle flex against the reaction
     needed = moment[0, [0, 1, 2], [0, 1, 0]] / levers
-    np.testing.assert_allclose(found.by_joint[0, 1:], needed[1:], rtol=1e-6)
-    assert found.mean == pytest.approx([found.by_joint.min()])
+    np.testing.assert_allclose(-found.levers[0, 1, 0], levers[1], rtol=1e-6)
+    assert found.mean == pytest.approx([needed.min()], rel=1e-6)
     assert found.limits == ("hip flexion",) and found.capable(found.mean) == pytest.approx([0.5])
     toward = foot - hip
     pressed = wb.foot_strength(
         sits, "right", toward, male=True, stature=1.75, ages="18-25", foot=foot
     )
-    assert np.isinf(pressed.by_joint[0, 0]) and pressed.limits == ("knee extension",)
+    assert abs(pressed.levers[0, 0, 0]) < 1e-9 and pressed.limits == ("knee extension",)
+    # a pedal that bears what presses across its way is pushed along the leg, with the same moments
+    leaning = wb.foot_strength(
+        sits, "right", (1, 0, 0), male=True, stature=1.75, ages="18-25", foot=foot, lean=1.3
+    )
+    assert leaning.mean[0] > 1.5 * found.mean[0]
+    assert leaning.capable(leaning.strength(0.9)) == pytest.approx([0.9])
     assert "its weight neither helps nor hinders (assumed)" in found.assumed[0]
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    levers=st.lists(st.floats(-0.5, 0.5), min_size=6, max_size=6),
+    moments=st.lists(st.floats(5.0, 300.0), min_size=6, max_size=6),
+    lean=st.floats(0.0, 1.2),
+)
+def test_the_largest_push_that_may_lean_is_that_of_a_linear_programme(levers, moments, lean):
+    way, across = np.reshape(levers, (3, 2)).T
+    flexion, extension = np.reshape(moments, (3, 2)).T
+    loads = np.column_stack([way, across])
+    rows = np.vstack([loads, -loads, [[-np.tan(lean), 1.0], [-np.tan(lean), -1.0]]])
+    limits = np.concatenate([flexion, extension, [0.0, 0.0]])
+    best = linprog([-1.0, 0.0], rows, limits, bounds=[(0.0, 1e7), (None, None)])
+    found, _ = largest_push(
+        np.reshape(levers, (1, 3, 2)), np.stack([flexion, extension], axis=1)[None], lean
+    )
+    assert min(found[0], 1e7) == pytest.approx(-best.fun, rel=1e-6)
 
 
 def test_hips_that_are_bent_too_far_for_the_curve_are_marked(man):

@@ -14,6 +14,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import workbench as wb
 from tests.conftest import BOX_FACES, ROOT, SHARED, box_part, environment_of, real_input
@@ -408,6 +409,45 @@ def test_a_block_and_any_cut_of_it_into_solids_give_the_same_signed_distances(
     assert environment.solid[0] and not environment.tangled
     found = distances(environment, points @ rotation.T)[:, 0]
     assert found == pytest.approx(block_distance(points, size), abs=1e-9)
+
+
+def other_diagonals(part):
+    """The box with its sides cut along their other diagonals."""
+    made = []
+    for one, other in part.faces.reshape(6, 2, 3):
+        at = int(np.flatnonzero(~np.isin(one, other))[0])
+        tip, first, last = np.roll(one, -at)
+        far = int(other[~np.isin(other, one)][0])
+        made += [[tip, first, far], [tip, far, last]]
+    return RawPart(part.name, part.vertices, np.array(made))
+
+
+@settings(deadline=None, max_examples=15)
+@given(
+    cuts=cuts,
+    which=st.integers(0, 15),
+    turn=st.tuples(*[st.floats(-3, 3)] * 3),
+    decimals=st.sampled_from([None, 6, 5, 4]),
+    seed=st.integers(0, 99),
+)
+def test_solids_whose_common_walls_are_cut_and_rounded_each_in_its_way_are_one_block(
+    cuts, which, turn, decimals, seed
+):
+    """Corners of single precision, or with so many decimals of a metre."""
+    size = np.array([0.5, 0.4, 0.3])
+    ends = [0, *(0.05 * cut for cut in cuts), 0.5]
+    pieces = [box([low, 0, 0], [high, 0.4, 0.3]) for low, high in pairwise(ends)]
+    pieces = [other_diagonals(p) if which >> k & 1 else p for k, p in enumerate(pieces)]
+    cut = together("block", *pieces)
+    rotation = Rotation.from_rotvec(turn).as_matrix()
+    vertices = cut.vertices @ rotation.T + [3, -2, 1]
+    vertices = vertices.astype(np.float32) if decimals is None else vertices.round(decimals)
+    environment = environment_of(RawPart("block", vertices.astype(float), cut.faces))
+    assert environment.solid[0] and not environment.tangled
+    points = size * np.random.default_rng(seed).uniform(0, 1, (10, 3))
+    found = distances(environment, points @ rotation.T + [3, -2, 1])[:, 0]
+    digits = 3e-6 if decimals is None else 4 * 10.0**-decimals
+    assert found == pytest.approx(block_distance(points, size), abs=digits)
 
 
 def test_solids_of_a_part_that_are_apart_keep_their_faces_and_surfaces_are_not_united():

@@ -120,6 +120,12 @@ def test_keys_are_the_text_that_stands_there(text):
     assert value(text) == {"no": 1, "010": 2, "~": 3, "1e3": 4}
 
 
+def test_a_line_separator_in_a_name_is_kept_and_named_where_it_breaks_the_file():
+    assert value('a: "x\u2028y"') == {"a": "x\u2028y"}
+    with pytest.raises(InputError, match=r"U\+2028 at f.yaml:2:4 ends a line"):
+        parse_yaml('a: 1\n"na\u2028me": 1\n', "f.yaml")
+
+
 def test_a_merge_key_is_only_a_name():
     assert value("a: &a {x: 1}\nb: {<<: *a, y: 2}")["b"] == {"<<": {"x": 1}, "y": 2}
 

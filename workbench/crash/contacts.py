@@ -155,16 +155,15 @@ def contact_forces(memory: ContactMemory, placed: Placed) -> list[ContactForce]:
     memory.open = {}
     forces = []
     for pair in (*_part_pairs(memory, placed), *_segment_pairs(memory, placed)):
-        contact = before.get(pair.key) or _begin_contact(pair.spheres)
+        spheres = pair.spheres
+        contact = before.get(pair.key) or _OpenContact(
+            0.0, _mean_normal(spheres.normal, np.maximum(spheres.depth, 1e-9))
+        )
         memory.open[pair.key] = contact
         force = _pair_force(pair, contact, memory.offset(pair.key))
         if force is not None:
             forces.append(force)
     return forces
-
-
-def _begin_contact(spheres: _TouchingSpheres) -> _OpenContact:
-    return _OpenContact(0.0, _mean_normal(spheres.normal, np.maximum(spheres.depth, 1e-9)))
 
 
 def _pair_force(pair: _TouchingPair, contact: _OpenContact, offset: float) -> ContactForce | None:
@@ -211,8 +210,10 @@ def _part_pairs(memory: ContactMemory, placed: Placed) -> Iterator[_TouchingPair
     body = placed.body
     parts = len(memory.simulation.environment.parts)
     rows, numbers = touching(placed, memory.simulation.environment, 0.0)
-    if not len(rows):
-        return
+    # forces are sums: their last digits must not depend on the order in which polygons were found
+    order = np.lexsort(rows.T[::-1])
+    rows = rows[order]
+    numbers = numbers[order]
     sphere = rows[:, 1]
     spheres = _TouchingSpheres(
         depth=-numbers[:, 0],

@@ -267,11 +267,17 @@ def _absurd_words(
 def _table(path: Path) -> _Table:
     """The cells of a CSV file; InputError where it is none, or a row has too many or few cells."""
     data = read_whole(path, "a CSV file", most=MOST_BYTES).removeprefix(BYTE_ORDER_MARK)
+    if b"\0" in data:
+        raise InputError(
+            f"{path}: not text of one byte a letter (UTF-16?): save it as CSV in UTF-8"
+        )
     text = printable(data.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n"))
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
         words = [cell.strip().lower() for cell in next(reader, [])]
         stated = [_STATED.fullmatch(word) for word in words]
+        if len(words) == 1 and (found := re.search("[;\t]", words[0])):
+            raise InputError(f"{path}:1: columns are parted by {found[0]!r}: save it with commas")
         named = [found[1] if found else word for found, word in zip(stated, words, strict=True)]
         header = [_OWN.get(name, name).replace("_", "") for name in named]
         rows = [(reader.line_num, row) for row in reader if row]

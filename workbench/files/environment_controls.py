@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from workbench.files.environment_doubts import box_gap
+from workbench.files.environment_doubts import box_gap, near_part
 from workbench.files.environment_own import (
     Handle,
     PartMeshes,
@@ -42,7 +42,23 @@ def with_controls(environment: Environment, file: EnvironmentFile) -> Environmen
     """Return an environment, complete but for its controls, with those of its file."""
     hidden = [name for k, name in enumerate(environment.parts) if environment.hidden[k]]
     found = found_controls(file, Touching(part_meshes(environment)), hidden)
-    return replace(environment, controls=found.controls, assumed=found.assumed)
+    assumed = (*_partless(environment, found.controls), *found.assumed)
+    return replace(environment, controls=found.controls, assumed=assumed)
+
+
+def _partless(environment: Environment, controls: Iterable[Control]) -> Iterator[str]:
+    """A sentence for all controls that name no part, with the part that each is next to."""
+    shown = [name for k, name in enumerate(environment.parts) if not environment.hidden[k]]
+    bare = {one.name: near_part(environment, one.at, shown) for one in controls if not one.part}
+    told = [
+        f"{name!r}" + (f" ({1e3 * near.gap:.0f} mm from {near.name!r})" if near else "")
+        for name, near in bare.items()
+    ]
+    if told:
+        yield (
+            f"control{'s' * (len(told) > 1)} {', '.join(told)}: no part is named; a control without "
+            f"one goes along with nothing, and nothing may be entered to use it"
+        )
 
 
 def found_controls(

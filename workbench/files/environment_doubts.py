@@ -7,6 +7,7 @@ away. Each sentence gives the distance, and the unit of length that would explai
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence, Set
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -17,10 +18,18 @@ from workbench.files.schema import metres_in
 from workbench.files.seat_doubts import floor_doubts, place_of, rest_doubts, twice_doubts
 from workbench.geometry.ground import ground_of
 from workbench.geometry.polygon import point_winding
-from workbench.model.arrays import Floats
+from workbench.geometry.surfaces import surface_gap
+from workbench.model.arrays import Floats, xyz
 from workbench.model.environment import Doubt, Environment, Seat
 
-__all__ = ["box_gap", "environment_doubts", "part_box", "unknown_segments"]
+__all__ = [
+    "NearPart",
+    "box_gap",
+    "environment_doubts",
+    "near_part",
+    "part_box",
+    "unknown_segments",
+]
 
 _SEAT_AWAY = 0.3
 """A seat reference point farther [m] than this from the box of its cushion is not that seat's:
@@ -218,32 +227,37 @@ def _short_lengths(environment: Environment) -> Iterator[Doubt]:
 
 def _controls_away(environment: Environment) -> Iterator[Doubt]:
     """Controls that are not on the part that they name."""
+    shown = [name for k, name in enumerate(environment.parts) if not environment.hidden[k]]
     for control in environment.controls:
-        away = min((_distance(environment, p, control.at) for p in control.own_parts), default=0.0)
-        if away <= _CONTROL_AWAY:
+        own = near_part(environment, control.at, control.own_parts)
+        if own is None or own.gap <= _CONTROL_AWAY:
             continue
+        hint = _factor_hint(part_box(environment, control.part), control.at)
+        near = near_part(environment, control.at, shown)
+        if not hint:
+            hint = f", which is nearest at {own.place}"
+        if near is not None and near.gap < own.gap:
+            hint += (
+                f"; the nearest part is {near.name!r}, {1e3 * near.gap:.0f} mm away at {near.place}"
+            )
         yield Doubt(
             f"place of control {control.name}",
-            f"control {control.name!r} is {1e3 * away:.0f} mm away from its part "
-            f"{control.part!r}{_factor_hint(part_box(environment, control.part), control.at)}",
+            f"control {control.name!r} is {1e3 * own.gap:.0f} mm away from its part "
+            f"{control.part!r}{hint}",
         )
 
 
 def _controls_on_nothing(environment: Environment) -> Iterator[Doubt]:
     """Controls that name no part, and are at one that a hand would have to enter."""
     shown = [name for k, name in enumerate(environment.parts) if not environment.hidden[k]]
-    boxes = {name: part_box(environment, name) for name in shown}
-    for control in environment.controls:
-        if control.part:
-            continue
-        near = [name for name, box in boxes.items() if box_gap(box, control.at) <= _ON]
-        near = [name for name in near if grippable(_corners(environment, name))]
-        gaps = {name: _distance(environment, name, control.at, enough=_ON) for name in near}
-        name = min(gaps, key=lambda name: (gaps[name], name), default="")
-        if name and gaps[name] <= _ON:
+    bare = [control for control in environment.controls if not control.part]
+    small = [name for name in shown if bare and grippable(_corners(environment, name))]
+    for control in bare:
+        near = near_part(environment, control.at, small)
+        if near is not None and near.gap <= _ON:
             yield Doubt(
                 f"part of control {control.name}",
-                f"control {control.name!r} names no part and is at {name!r}, which nobody may "
+                f"control {control.name!r} names no part and is at {near.name!r}, which nobody may "
                 f"enter to use it: is that its 'part'?",
             )
 
@@ -292,23 +306,47 @@ def _factor_hint(box: Floats, point: Sequence[float]) -> str:
     return f": it would be there if its numbers were {factor:.4g} times as large"
 
 
-def _distance(
-    environment: Environment, part: str, at: Sequence[float], *, enough: float = _CONTROL_AWAY
-) -> float:
-    """Distance [m] of a point from a part, 0 inside a solid; that of the nearest corner where this
-    is near enough."""
-    number = environment.part_index(part)
-    triangles = environment.triangle_corners(number)
-    corner = float(np.linalg.norm(triangles.reshape(-1, 3) - at, axis=1).min())
-    if corner <= enough:
-        return corner
-    if environment.solid[number] and abs(point_winding(*at, triangles, 0, len(triangles))) > 0.5:
-        return 0.0
-    from trimesh.triangles import closest_point  # takes a third of a second to load
+@dataclass(frozen=True)
+class NearPart:
+    """A part: how far [m] it is from a point, 0 where the point is inside a solid, and its point
+    [m] that is nearest."""
 
-    points = np.repeat(np.array([at]), len(triangles), axis=0)
-    nearest = closest_point(triangles, points)
-    return float(np.linalg.norm(nearest - points, axis=1).min())
+    name: str
+    gap: float
+    at: tuple[float, float, float]
+
+    @property
+    def place(self) -> str:
+        """Its nearest point in words, in mm."""
+        return f"({', '.join(f'{round(1e3 * value) + 0}' for value in self.at)}) mm"
+
+
+def near_part(
+    environment: Environment, at: Sequence[float], parts: Iterable[str]
+) -> NearPart | None:
+    """Find which of some parts is nearest to a point (3,) [m]; None where there are none.
+
+    Parts are asked in the order of their boxes, until a box is farther than what was found.
+    """
+    point = np.array(at)
+    boxes = sorted((box_gap(part_box(environment, name), at), name) for name in parts)
+    best: NearPart | None = None
+    for gap, name in boxes:
+        if best is not None and gap >= best.gap:
+            break
+        triangles = _corners(environment, name)
+        # a triangle whose box is farther than the nearest corner of all is not the nearest one
+        corner = np.linalg.norm(triangles - point, axis=2).min()
+        beside = np.maximum(triangles.min(axis=1) - point, point - triangles.max(axis=1))
+        close = np.linalg.norm(np.maximum(beside, 0.0), axis=1) <= corner * (1.0 + 1e-9)
+        found = surface_gap(np.tile(point, (1, 3, 1)), triangles[close])
+        away = found.distance
+        if environment.solid[environment.part_index(name)] and away > 0.0:
+            inside = abs(point_winding(*at, triangles, 0, len(triangles))) > 0.5
+            away = 0.0 if inside else away
+        if best is None or away < best.gap:
+            best = NearPart(name, away, xyz(found.end))
+    return best
 
 
 def _mistaken_units(box: Floats, point: Iterable[float]) -> tuple[str, str] | None:

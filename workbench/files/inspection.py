@@ -3,18 +3,20 @@ for its size here, since finding the unit is what one looks for."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from workbench.files.bare_mesh import read_bare
+from workbench.files.environment_doubts import near_part
 from workbench.files.environments import load_environment
 from workbench.files.schema import metres_in
 from workbench.model.arrays import xyz
 from workbench.model.environment import Environment
 
-__all__ = ["Inspection", "PartSize", "inspect_environment", "inspect_mesh"]
+__all__ = ["Described", "Inspection", "PartSize", "inspect_environment", "inspect_mesh"]
 
 Size = tuple[float, float, float]
 
@@ -48,12 +50,26 @@ class PartSize:
 
 
 @dataclass(frozen=True)
+class Described:
+    """What an environment's file describes: a seat, a control, an instrument, a mirror or a point, and
+    its place [m]. part: that it names, or the nearest one where it names none; gap: how far [m] the
+    part is from the place, None where the environment has no part."""
+
+    kind: str
+    name: str
+    at: Size
+    part: str
+    named: bool
+    gap: float | None
+
+
+@dataclass(frozen=True)
 class Inspection:
     """A file as found. metres_told: one file unit in metres as the file says, None where it does
     not; metres: what was used; assumed: sentences about what was guessed of unit and axes, and of
     what an environment leaves open; size along x, y, z; largest_if: the largest extent [m] in each
     unit it could be in; problem: why it would be refused as an environment, None where it would
-    not."""
+    not; described: what an environment has beside its parts."""
 
     file: str
     format: str
@@ -67,6 +83,7 @@ class Inspection:
     largest_if: dict[str, float]
     warnings: tuple[str, ...]
     problem: str | None
+    described: tuple[Described, ...] = ()
 
 
 def inspect_mesh(
@@ -124,7 +141,24 @@ def inspect_environment(source: str | Path, *, near: Path | None = None) -> Insp
         largest_if={"m": max(size)},
         warnings=environment.warnings,
         problem=None,
+        described=tuple(_described(environment)),
     )
+
+
+def _described(environment: Environment) -> Iterator[Described]:
+    """What an environment describes beside its parts, each with its part or the nearest one."""
+    shown = [name for k, name in enumerate(environment.parts) if not environment.hidden[k]]
+    things = [
+        *(("seat", one.name, one.srp, (one.cushion.part,)) for one in environment.seats),
+        *(("control", one.name, one.at, one.own_parts) for one in environment.controls),
+        *(("instrument", one.name, one.at, (one.part,)) for one in environment.instruments),
+        *(("mirror", one.name, one.at, (one.part,)) for one in environment.mirrors),
+        *(("point", name, at, ()) for name, at in environment.points.items()),
+    ]
+    for kind, name, at, parts in things:
+        near = near_part(environment, at, parts or shown)
+        own, gap = (near.name, near.gap) if near else ("", None)
+        yield Described(kind, name, at, own, bool(parts), gap)
 
 
 def _size(environment: Environment) -> Size:

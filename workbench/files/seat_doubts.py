@@ -14,13 +14,17 @@ from itertools import combinations
 
 import numpy as np
 
+from workbench.errors import InputError
+from workbench.files.seat_figures import BENCH, Across, strip
+from workbench.files.seat_search import SITTER, PartFaces, found_seat
+from workbench.geometry.clipping import clip_triangles
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
 from workbench.model.environment import Doubt, Seat
 from workbench.model.posing import attitude_matrix
 
 __all__ = [
-    "SITTER",
+    "SEAT_PART",
     "another_seats",
     "floor_before",
     "floor_doubts",
@@ -30,9 +34,6 @@ __all__ = [
     "twice_doubts",
 ]
 
-SITTER = 0.4
-"""Width [m] of who sits: hips and chest of most people, without arms (ANSUR II, hip breadth sitting
-of men, 95th percentile 0.41 m)."""
 HELD = 0.5
 """Share of this width that cushion and back are under and behind at least."""
 NEAR = 0.08
@@ -51,8 +52,6 @@ MET_ASIDE = (-0.08, 0.0, 0.08)
 LOST = 0.2
 """A back that is farther [m] from its plane is that of a seat in another place: who sits there has the
 right height otherwise."""
-ALL_OVER = tuple(np.array((x, y)) for x in (0.1, 0.3, 0.5, 0.7, 0.9) for y in (0.2, 0.5, 0.8))
-"""Where in the box of a cushion or a back, as shares of its extents, its outer side is asked for."""
 MET_WITHIN = 0.25
 """What is farther [m] from the plane is another thing."""
 OPENING = (80.0, 160.0)
@@ -63,18 +62,12 @@ CLEAR = 0.05
 """A surface less [m] below the seat reference point than this is a cushion, no floor."""
 HEIGHT = (0.08, 0.65)
 """Height [m] of a seat reference point over the floor: of a glider's seat, of a high lorry's."""
+SEAT_PART = 1.5
+"""A part that is larger [m], as far as it is about a seat, is more than a seat."""
 SAME = 0.3
 """Two people whose seat reference points are nearer [m] sit in each other."""
 _DEEPEST = 1.5
 """A surface farther [m] below is not the floor of this seat."""
-
-
-@dataclass(frozen=True)
-class _Across:
-    """From where to where [m] across a seat something lies; left of its middle is positive."""
-
-    right: float
-    left: float
 
 
 def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
@@ -96,20 +89,9 @@ def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
         if words:
             yield Doubt(f"{name} of seat {seat.name}", f"seat {seat.name!r}: {words}")
         elif part:
-            off[name] = _off_plane(seat, name, corners, near=across is not None)
-    if unlike := [name for name, size in off.items() if math.isnan(size)]:
-        parts = " and ".join(f"of {faces[name][0]!r} in the plane of its {name}" for name in unlike)
-        words = (
-            f"no face lies {parts}: are the seat reference point, the angles and the part right?"
-        )
-        yield Doubt(place_of(seat.name), f"seat {seat.name!r}: {words}")
-    elif any(abs(size) > OFF_PLANE for size in off.values()):
-        named = {name: faces[name][0] for name in off}
-        outer = {name: _off_plane(seat, name, faces[name][1], near=False) for name in off}
-        words = _place_words(seat, named, off, outer)
-        lost = abs(off.get("cushion", 0.0)) > OFF_PLANE or max(map(abs, off.values())) > LOST
-        about = place_of(seat.name) if lost else f"back of seat {seat.name}"
-        yield Doubt(about, f"seat {seat.name!r}: {words}")
+            off[name] = math.nan if across is None else _met_first(seat, name, corners)
+    if not all(abs(size) <= OFF_PLANE for size in off.values()):
+        yield from _place_doubts(seat, {name: PartFaces(*faces[name]) for name in off}, off)
     opening = _opening(seat)
     if not OPENING[0] <= opening <= OPENING[1]:
         yield Doubt(
@@ -134,27 +116,26 @@ def another_seats(seat: Seat, back: Floats) -> str:
     return _aside_words("back", seat.back.part, across)
 
 
-def rest_lines(seat: Seat, cushion: Floats, back: Floats, ground: Ground) -> Iterator[str]:
+def rest_lines(seat: Seat, cushion: Across, back: Across, ground: Ground) -> Iterator[str]:
     """Return how the cushion and the back of a seat stand to each other and over the floor.
 
     Parameters
     ----------
-    seat, cushion, back
-        As of `rest_doubts`.
+    seat
+        Its figures.
+    cushion, back
+        How they lie across it.
     ground
         What is to be stood on.
     """
-    lap = _across(seat, "cushion", cushion)
-    lean = _across(seat, "back", back)
-    if lap and lean:
-        aside = 0.5 * (lean.left + lean.right - lap.left - lap.right)
-        shared = max(min(lap.left, lean.left) - max(lap.right, lean.right), 0.0)
-        yield (
-            f"the middle of the back is {1e3 * abs(aside):.0f} mm to the "
-            f"{'left' if aside > 0.0 else 'right'} of that of the cushion; the cushion is "
-            f"{1e3 * (lap.left - lap.right):.0f} mm wide, the back {1e3 * (lean.left - lean.right):.0f} "
-            f"mm, and {1e3 * shared:.0f} mm of it are behind the cushion"
-        )
+    aside = round(1e3 * (back.middle - cushion.middle))
+    shared = max(min(cushion.left, back.left) - max(cushion.right, back.right), 0.0)
+    off = f"{abs(aside)} mm to the {'left' if aside > 0 else 'right'} of" if aside else "behind"
+    yield (
+        f"the middle of the back is {off} that of the cushion; the cushion is "
+        f"{1e3 * cushion.wide:.0f} mm wide, the back {1e3 * back.wide:.0f} "
+        f"mm, and {1e3 * shared:.0f} mm of it are behind the cushion"
+    )
     yield (
         f"cushion and back open by {_opening(seat):.0f} degrees; {OPENING[0]:g} to {OPENING[1]:g} "
         f"are plausible"
@@ -173,35 +154,33 @@ def _opening(seat: Seat) -> float:
     return 90.0 + math.degrees(seat.back_angle - seat.cushion_angle)
 
 
-def _across(seat: Seat, name: str, corners: Floats) -> _Across | None:
+def _across(seat: Seat, name: str, corners: Floats) -> Across | None:
     """Where across a seat the faces lie that a sitter can rest on; None where there are none."""
     own = _in_plane(seat, name, corners)
     crosses = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
     area = np.linalg.norm(crosses, axis=1)
-    facing = np.abs(crosses[:, 2]) >= ALIKE * area
-    off = own[..., 2]
-    way = own[..., 0]
-    low, high = SPAN[name]
-    near = (off.min(axis=1) <= NEAR) & (off.max(axis=1) >= -NEAR)
-    within = (way.min(axis=1) <= high) & (way.max(axis=1) >= low)
-    rows = (area > 0.0) & facing & near & within
-    if not rows.any():
-        return None
-    sides = own[rows][..., 1]
-    return _Across(float(sides.min()), float(sides.max()))
+    facing = (area > 0.0) & (np.abs(crosses[:, 2]) >= ALIKE * area)
+    sides = strip(own[facing], NEAR, SPAN[name])[..., 1]
+    return Across(float(sides.min()), float(sides.max())) if len(sides) else None
 
 
 def _in_plane(seat: Seat, name: str, corners: Floats) -> Floats:
     """(T, 3, 3) [m] faces as the plane of a cushion or a back has them: along it from the seat
     reference point, to the left, and how far before it."""
-    own = (corners - np.array(seat.srp)) @ attitude_matrix(yaw=seat.yaw)
+    found: Floats = (corners - np.array(seat.srp)) @ _axes(seat, name).T
+    return found
+
+
+def _axes(seat: Seat, name: str) -> Floats:
+    """(3, 3) unit vectors, row by row: along the plane of a cushion or a back, to the left, and before
+    it."""
     if name == "back":
         c, s = math.cos(seat.back_angle), math.sin(seat.back_angle)
         axes = np.array([[-s, 0.0, c], [0.0, 1.0, 0.0], [c, 0.0, s]])
     else:
         c, s = math.cos(seat.cushion_angle), math.sin(seat.cushion_angle)
         axes = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    return own @ axes.T
+    return axes @ attitude_matrix(yaw=seat.yaw).T
 
 
 def _met_first(seat: Seat, name: str, corners: Floats) -> float:
@@ -219,62 +198,63 @@ def _met_first(seat: Seat, name: str, corners: Floats) -> float:
     return float(np.median(met)) if 2 * len(met) > len(places) else 0.0
 
 
-def _off_plane(seat: Seat, name: str, corners: Floats, *, near: bool) -> float:
-    """How far [m] before the plane of a cushion or a back its faces are; nan where none faces as it
-    does. near: whether some are near the plane: then what a sitter meets counts, else the outer side
-    of the part, in the middle of places all over it."""
-    if near:
-        return _met_first(seat, name, corners)
-    own = _in_plane(seat, name, corners)
-    crosses = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
-    own = own[np.abs(crosses[:, 2]) >= ALIKE * np.linalg.norm(crosses, axis=1)]
-    if not len(own):
-        return math.nan
-    low, high = own[..., :2].min(axis=(0, 1)), own[..., :2].max(axis=(0, 1))
-    count = len(own)
-    faces = Ground(own, np.zeros(count, dtype=np.int64), (name,), np.zeros(count, dtype=np.bool_))
-    met = []
-    for share in ALL_OVER:
-        heights = faces.levels(low + share * (high - low))[0]
-        met += heights[-1:].tolist()
-    return float(np.median(met)) if met else math.nan
-
-
-def _place_words(
-    seat: Seat, parts: Mapping[str, str], off: Mapping[str, float], outer: Mapping[str, float]
-) -> str:
+def _place_doubts(
+    seat: Seat, parts: Mapping[str, PartFaces], off: Mapping[str, float]
+) -> Iterator[Doubt]:
     """How far the seat reference point is from cushion and back, what that does to a sitter, and
-    where it would be right. parts: of each; off, outer: how far [m] what a sitter meets and the whole
-    outer side are before the plane."""
+    where it would be right. parts: of each; off: how far [m] each is before its plane, nan where no
+    face of it is near."""
+    right = _right_place(seat, *parts.values()) if len(parts) == len(SPAN) else None
+    sizes = dict(off)
+    if right is not None:
+        sizes = {name: float(_axes(seat, name)[2] @ (right - seat.srp)) for name in off}
+    far = {name: size for name, size in sizes.items() if abs(size) > OFF_PLANE}
+    unlike = [name for name, size in off.items() if math.isnan(size)]
+    if unlike and right is None:
+        far = {}
+    if unlike and not far:
+        of = " and ".join(f"of {parts[name].name!r} in the plane of its {name}" for name in unlike)
+        words = f"no face lies {of}: are the seat reference point, the angles and the part right?"
+        yield Doubt(place_of(seat.name), f"seat {seat.name!r}: {words}")
+    if not far:
+        return
     ways = {"cushion": ("below", "above"), "back": ("behind", "ahead of")}
-    where = [
-        f"{1e3 * abs(size):.0f} mm {ways[name][size < 0.0]} its {name} {parts[name]!r}"
-        for name, size in off.items()
-        if abs(size) > OFF_PLANE
-    ]
-    cushion = off.get("cushion", 0.0)
-    back = off.get("back", 0.0)
-    does = "leans through the back" if back > 0.0 else "has no back behind"
-    if abs(cushion) > OFF_PLANE:
-        does = "sinks through the cushion" if cushion > 0.0 else "floats above the cushion"
-    sides = [outer.get("cushion", 0.0), outer.get("back", 0.0)]
-    # the shift (x, z) whose part along either normal is what that plane is off
-    normals = np.array(
-        [
-            [-math.sin(seat.cushion_angle), math.cos(seat.cushion_angle)],
-            [math.cos(seat.back_angle), math.sin(seat.back_angle)],
-        ]
+    where = " and ".join(
+        f"{1e3 * abs(size):.0f} mm {ways[name][size < 0.0]} its {name} {parts[name].name!r}"
+        for name, size in far.items()
     )
-    ahead, up = np.linalg.solve(normals, np.nan_to_num(sides)).tolist()
-    right = np.array(seat.srp) + attitude_matrix(yaw=seat.yaw) @ np.array([ahead, 0.0, up])
-    at = ", ".join(f"{round(1e3 * value) + 0}" for value in right.tolist())
-    return (
-        f"its reference point is {' and '.join(where)}, so that a sitter {does}; at ({at}) mm it would be "
-        f"where the planes of both meet"
-    )
+    does = "leans through the back" if far.get("back", 0.0) > 0.0 else "has no back behind"
+    if "cushion" in far:
+        does = "sinks through the cushion" if far["cushion"] > 0.0 else "floats above the cushion"
+    words = f"its reference point is {where}, so that a sitter {does}"
+    if right is not None:
+        at = ", ".join(f"{round(1e3 * value) + 0}" for value in right.tolist())
+        words += f"; at ({at}) mm it would be where the planes of both meet"
+    lost = "cushion" in far or max(map(abs, far.values())) > LOST
+    about = place_of(seat.name) if lost else f"back of seat {seat.name}"
+    yield Doubt(about, f"seat {seat.name!r}: {words}")
 
 
-def _aside_words(name: str, part: str, across: _Across) -> str:
+def _right_place(seat: Seat, *parts: PartFaces) -> Floats | None:
+    """(3,) [m] where the planes of cushion and back meet; None where one is no part of a seat."""
+    left = attitude_matrix(yaw=seat.yaw)[:, 1]
+    own = []
+    for part in parts:
+        corners = part.corners
+        if np.ptp(corners @ left) > BENCH:  # of several seats: what is about this one
+            middle = float(left @ np.array(seat.srp))
+            for axis, most in ((left, middle), (-left, -middle)):
+                corners = clip_triangles(corners, axis, most + 0.5 * BENCH)[0]
+        if not len(corners) or np.ptp(corners.reshape(-1, 3), axis=0).max() > SEAT_PART:
+            return None
+        own.append(PartFaces(part.name, corners))
+    try:
+        return found_seat(*own).figures.srp
+    except InputError:
+        return None
+
+
+def _aside_words(name: str, part: str, across: Across) -> str:
     """How far a cushion or a back is beside the sitter; "" where it is not."""
     under = "under" if name == "cushion" else "behind"
     half = 0.5 * SITTER

@@ -99,7 +99,7 @@ def parse_yaml(text: str, file: str) -> Document:
             "nesting depth" in problem
         ):  # PyYAML 6.0.4 has a limit of its own, met while it looks ahead
             raise InputError(f"{spot}: nested deeper than {MOST_DEPTH} levels") from None
-        raise InputError(f"{spot}: not YAML: {problem}") from None
+        raise InputError(f"{spot}: not YAML: {problem}{_separators(text, file)}") from None
     except yaml.YAMLError as error:
         raise InputError(
             f"{_forbidden(text, file)}: not YAML: {str(error).splitlines()[0]}"
@@ -116,6 +116,17 @@ def _forbidden(text: str, file: str) -> str:
     if not found:
         return file
     return f"{file}:{_end(text[: found.start()])}"
+
+
+def _separators(text: str, file: str) -> str:
+    """Where a character stands that the parser takes for the end of a line, in words to follow."""
+    found = re.search("[\x85\u2028\u2029]", text)
+    if not found:
+        return ""
+    return (
+        f" (U+{ord(found[0]):04X} at {file}:{_end(text[: found.start()])} ends a line; write it as "
+        f'"\\u{ord(found[0]):04x}" in double quotes)'
+    )
 
 
 def _end(before: str) -> str:

@@ -13,6 +13,7 @@ from typing import Literal
 
 from workbench.model.arguments import short_repr
 from workbench.model.rule_set import RuleSet
+from workbench.model.units import tenths
 from workbench.model.work import Work
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Limit",
     "Reason",
     "hider",
+    "short_words",
 ]
 
 
@@ -44,7 +46,7 @@ class Criterion:
     """Something that must hold, in some cases, for some roles.
 
     check: contact, clearance, self_contact, between_people, stops, reach, pedals, preferred_seat,
-    eye_height, view_over, over_nose, sees, reads, excursion, injury, score or share; "seated" is one that no study asks. people,
+    eye_height, view_over, over_nose, sees, reads, excursion, injury, score, force or share; "seated" is one that no study asks. people,
     segments, parts, controls: the names that it is about. at_least: [m] of clearance,
     between_people and preferred_seat, [rad] of stops, 0 to 1 of share. zone: the harness zone in
     which controls are to be reached, each control's own where None. hand: that must reach ("left",
@@ -69,6 +71,9 @@ class Criterion:
 
     Of scores of postures: method "rula", "reba" or "owas" by `rule_set`; at_most: points; work: what
     a posture cannot say.
+
+    Of forces: at_least [N] along `direction`, exerted on `controls` by `capable` (0 to 1) of such
+    people; of a foot by people of `ages`, whose push may `lean` [rad] from it.
     """
 
     name: str
@@ -105,6 +110,9 @@ class Criterion:
     inside_wheel: tuple[str, ...] = ()
     method: str = ""
     work: Work = field(default_factory=Work)
+    capable: float = 0.0
+    ages: str = ""
+    lean: float = 0.0
     of: tuple[str, ...] = ()
     cases: tuple[str, ...] = ()
 
@@ -188,6 +196,7 @@ Kind = Literal[
     "segment",  # a segment of the body
     "near",  # a segment that is too near to a part or to another segment
     "part",  # a part is in the way
+    "deep",  # a limb is where it should be, and its arm or leg too deep in something
     "own",  # the own body is
     "other",  # somebody else's is
     "beyond",  # eyes and head do not turn so far
@@ -210,7 +219,8 @@ class Reason:
     """What limits somebody in a requirement.
 
     kind: in which way. thing: the joint, part or segment by its name, else fixed words; of the cuts
-    of a pillar their angles. at: of a segment that is too near, what it is too near to. foot: the
+    of a pillar their angles. at: of a segment that is too near, what it is too near to; of a limb that
+    is too deep, what it is: "arm", "leg". foot: the
     foot that is limited, "" of none. share: of what is to be seen that the thing hides, 0 to 1; 0
     where it is not known or not told.
     """
@@ -227,29 +237,59 @@ class Reason:
     @property
     def part(self) -> str:
         """The part that is in the way, "" of every other kind."""
-        return self.thing if self.kind == "part" else ""
+        return self.thing if self.kind in ("part", "deep") else ""
 
     @property
     def text(self) -> str:
         """In words, with names as in their files: "right knee at console", "left foot, the seat stops
         too far back", "left_stick hides 30 %"."""
-        text = _LEADS.get(self.kind, "") + self.thing + (f" at {self.at}" if self.at else "")
+        near = f" at {self.at}" if self.at and self.kind != "deep" else ""
+        text = _LEADS.get(self.kind, "") + self.thing + near
         if self.share:
             share = f"{100 * self.share:.3g} %"
             text = f"{share} is {text}" if self.kind == "outside" else f"{text} hides {share}"
         return f"{self.foot}, {text}" if self.foot else text
 
     @property
+    def why(self) -> str:
+        """As a clause of its own: "canopy is in the way", "limited by right elbow (flexion)",
+        "left_stick hides 30 %"; "" where nothing limits."""
+        if not self or self.share or self.kind in ("cuts", "mirrored"):
+            return self.text
+        if self.kind in ("part", "own", "other") and not self.foot:
+            return f"{'the ' if self.kind == 'own' else ''}{self.text} is in the way"
+        if self.kind == "deep" and not self.foot:
+            return f"on it the {self.at} is that much too deep in {self.text}"
+        return f"{'it is' if self.kind == 'beyond' else 'limited by'} {self.text}"
+
+    @property
     def clause(self) -> str:
-        """At the end of a sentence: ", limited by right elbow (flexion)", "; left_stick hides 30 %", ""
-        where nothing limits."""
-        if not self:
-            return ""
-        if self.share or self.kind in ("cuts", "mirrored"):
-            return f"; {self.text}"
-        return f"; it is {self.text}" if self.kind == "beyond" else f", limited by {self.text}"
+        """The same at the end of a sentence: ", limited by right elbow (flexion)", "; canopy is in the
+        way"."""
+        why = self.why
+        return f"{',' if why.startswith('limited by ') else ';'} {why}" if why else ""
 
 
+def short_words(limb: str, control: str, miss: float, overlap: float, limit: Reason) -> str:
+    """How far a limb stays from a control that it does not reach, and what keeps or limits it: "the
+    right hand stays 8.7 mm short of flaps; canopy is in the way".
+
+    miss, overlap: [m] how far it stays away, and how much deeper than allowed it is in something even
+    there.
+    """
+    if limit.kind == "words":  # the thighs are too deep in the cushion
+        miss, overlap = miss + overlap, 0.0
+    if overlap > 0.0 and miss < SEEN:
+        within = limit.text or "an obstacle"
+        return f"the {limb} gets to {control} only {tenths(1e3 * overlap)} mm too deep in {within}"
+    deep = (
+        f", which it is {tenths(1e3 * overlap)} mm too deep in even there" if overlap > 0.0 else ""
+    )
+    return f"the {limb} stays {tenths(1e3 * miss)} mm short of {control}{limit.clause}{deep}"
+
+
+SEEN = 5e-5
+"""[m] What is smaller reads as 0.0 mm."""
 NO_REASON = Reason()
 TOO_SHORT = Reason("limb", "length of the limb")
 

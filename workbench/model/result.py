@@ -235,7 +235,8 @@ class PopulationFound:
         Controls that nobody uses with the grip that is asked for, since they are flat.
     hardest, shown
         Rows of the people farthest from being served, at most five, first who misses most of what
-        most people miss, then worst first; and the same people to be drawn.
+        most people miss, then worst first; whoever comes nearest to missing anything where nobody
+        does; and the same people to be drawn.
     beheld
         For each criterion of sight whoever comes nearest to missing it, met or not, with what is
         measured.

@@ -93,11 +93,12 @@ class RuleSet:
     @property
     def all_told(self) -> str:
         """Name the rule set for a sentence, with which of its values are not sure: their names, or
-        how many where they are more than two; and how many were chosen."""
+        how many where they are more than two; how many were chosen; and the credit."""
+        credit = f"; {self.credit}" if self.credit else ""
         unsure = sum(value.status == "remembered" for value in self.values.values())
         chosen = sum(value.status == "chosen" for value in self.values.values())
         of = f"{chosen} of its {len(self.values)} values {'is' if chosen == 1 else 'are'}"
-        last = f"; {of} {CHOSEN}" if chosen else ""
+        last = (f"; {of} {CHOSEN}" if chosen else "") + credit
         if unsure <= 2:
             return self.told(*self.values) + last
         return (

@@ -25,6 +25,7 @@ __all__ = [
     "displaced",
     "joined",
     "move_parts",
+    "moved_along",
     "moved_controls",
     "part_moves",
     "parts_along",
@@ -249,6 +250,11 @@ def moved_controls(environment: Environment, moves: Sequence[Move]) -> tuple[str
         for control in environment.controls
         if any(control.part in move.parts or control.name in move.controls for move in moves)
     )
+
+
+def moved_along(environment: Environment, parts: Collection[str], by: ArrayLike) -> Environment:
+    """Displace parts by (3,) [m] with the controls on them: a seat takes its footplates along."""
+    return displaced(environment, [Move(tuple(parts), (), xyz(np.asarray(by)))])
 
 
 def part_moves(environment: Environment, moves: Sequence[Move]) -> Floats:

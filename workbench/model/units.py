@@ -80,13 +80,14 @@ UNITS = {
     "rad": Unit("deg", " degrees", "°", math.degrees(1.0), 0.2, 1),
     "arcmin": Unit("arcmin", " arc minutes", "′", 60 * math.degrees(1.0), 3.6, 1),
     "share": Unit("percent", " %", "\u00a0%", 100.0, 0.1),
+    "N": Unit("N", " N", "\u00a0N", 1.0, 0.001),
     "points": Unit("points", " points", " points", 1.0, 0.01, one=" point"),
     "g": Unit("g", " g", "\u00a0g"),
     "": Unit("", "", ""),
 }
 """By the unit of a finding, which is SI but for g: an angle is in radians whether degrees or arc
-minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent and an arc
-minute as about a millimetre, a point of a score as a centimetre."""
+minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent, an arc
+minute and a newton as about a millimetre, a point of a score as a centimetre."""
 _CHECKS = {
     "stops": "rad",
     "share": "share",
@@ -99,6 +100,7 @@ _CHECKS = {
     "mirror": "share",
     "reflection": "share",
     "score": "points",
+    "force": "N",
 }
 """The units of checks whose margin is no length."""
 _LIMITS = {"reads": "arcmin"}
@@ -127,12 +129,12 @@ FINEST = 6
 def tenths(value: float, limit: float = 0.0) -> str:
     """Write a number with one decimal, or with as many as tell it from its limit.
 
-    "12.4"; "30.04" beside a limit of 30; "0.0001" beside a limit of 0 of 0.00006; "0.0" of what is no
+    "12.4"; "30.04" beside a limit of 30, "65.84" beside one of 65.86; "0.0001" beside a limit of 0 of 0.00006; "0.0" of what is no
     farther than 1e-6 from it; never "-0.0".
     """
     for places in range(1, FINEST + 1):
         text = f"{value:.{places}f}"
-        if float(text) != round(limit, places):
+        if float(text) != round(limit, places) and round(abs(value - limit), places) > 0:
             return text
     text = f"{value:.1f}"
     return text[1:] if text == "-0.0" else text

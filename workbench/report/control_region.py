@@ -54,7 +54,7 @@ def _headline(region: ControlRegion) -> str:
             f"Nobody of {people} reaches any place within {_mm(region.within)} of {name}: check where "
             "the control and the seat are."
         )
-    today = f"{_percent(region.known[region.today])} of {people} reach {name} where it is"
+    today = f"{_percent(region.known[region.today])} of {people} reach {name} where it is, {_from(region)}"
     if nearest is None:
         return (
             f"No place within {_mm(region.within)} of {name} is reached by {wanted} of {people}, as "
@@ -69,6 +69,13 @@ def _headline(region: ControlRegion) -> str:
         f"{today}; {_percent(region.share[nearest])} do {_mm(far)} away, "
         f"{place_words(region.offset[nearest])}: the nearest place that {wanted} reach."
     )
+
+
+def _from(region: ControlRegion) -> str:
+    """Where people are for it: a run asks otherwise, for one position in which everything is met."""
+    if region.standing:
+        return "each from the place in the area that suits this control alone"
+    return "each from the most comfortable position of the seat"
 
 
 def _first(name: str) -> str:
@@ -130,11 +137,9 @@ def _notes(region: ControlRegion) -> list[str]:
     """How it was asked."""
     limb = "foot" if region.control.for_feet else "hand"
     by = f"either {limb}" if region.hand == "either" else f"the {region.hand} {limb}"
-    where = "from each person's most comfortable position"
-    if region.standing:
-        where = "from wherever in the area each person may stand, by the arms alone without bending"
+    bending = ", by the arms alone without bending" if region.standing else ""
     notes = [
-        f"Computed for {by}, grip {region.control.grip}, zone {region.zone}, {where}; every part but "
+        f"Computed for {by}, grip {region.control.grip}, zone {region.zone}, {_from(region)}{bending}; every part but "
         "the control's own counts as an obstacle."
     ]
     if region.inside[region.today] >= 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from workbench.files.inspection import Inspection, PartSize
+from workbench.files.inspection import Described, Inspection, PartSize
 from workbench.files.results.result import ResultFile
 
 __all__ = ["inspection_lines", "result_head", "verdict_lines"]
@@ -25,6 +25,7 @@ def inspection_lines(found: Inspection) -> list[str]:
         lines.append(
             "* wound inside out, or not all alike; turned for the question of inside and outside"
         )
+    lines += [_described_line(one) for one in found.described]
     lines += [f"warning: {warning}" for warning in found.warnings]
     if found.format == "environment":
         lines += [f"assumed: {words}" for words in found.assumed]
@@ -92,10 +93,17 @@ def _row(part: PartSize, width: int) -> str:
     )
 
 
+def _described_line(one: Described) -> str:
+    """A seat, a control or another thing with its place and its part."""
+    away = "" if one.gap is None else f": {1e3 * one.gap:.0f} mm from {one.part!r}"
+    nearest = "" if one.named or not away else ", the nearest part"
+    return f"{one.kind} {one.name!r} at ({_numbers(one.at, ', ')}) mm{away}{nearest}"
+
+
 def _is_turned(part: PartSize) -> bool:
     """Whether a closed part is wound inside out, or not all alike."""
     return bool(part.watertight and (part.inverted or part.against))
 
 
 def _numbers(metres: Iterable[float], between: str = " ") -> str:
-    return between.join(f"{1e3 * value:.5g}" for value in metres)
+    return between.join(f"{round(1e3 * value, 3) + 0.0:.5g}" for value in metres)

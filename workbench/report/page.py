@@ -179,7 +179,8 @@ def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]
     found += criteria_sections(rows, making, overlaps)
     if making.views.lead:
         where = ", ".join(word for word in making.views.wanted or () if word)
-        title = f"In the round: {where or 'the hardest case'}"
+        fits = result.population is not None and bool(result.population.served.all())
+        title = f"In the round: {where or ('the tightest case' if fits else 'the hardest case')}"
         found.append(Section("view", "view", title, making.views.lead))
     if making.files:
         found.append(data_section([(name, _holds(name)) for name in making.files]))
@@ -211,6 +212,7 @@ def _method(result: Result) -> dict[str, object]:
         for role, action in zip(result.study.roles, case.actions, strict=True)
         if isinstance(action, PredictedPosture)
     ]
+    strong = [one.rule_set for one in result.study.criteria if one.check == "force"]
     return {
         "known": [name for name, known in stated.items() if known],
         "unknown": [name for name, known in stated.items() if not known],
@@ -220,4 +222,5 @@ def _method(result: Result) -> dict[str, object]:
         "most": f"{1000 * MOST_SPARE:.0f}",
         "envelopes": any(found.envelopes for found in result.postures),
         "motions": bool(result.motions),
+        "strength": sorted({rules.all_told for rules in strong if rules is not None}),
     }

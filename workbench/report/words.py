@@ -127,7 +127,7 @@ def _seated_words(finding: Finding) -> str:
 def _reach_words(finding: Finding) -> str:
     if finding.value >= 0:
         return f"{finding.subject} reaches {finding.target}, {reach_spare(finding.value)} to spare"
-    return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}"
+    return f"{finding.subject} stays {millimetres(-finding.value)} short of {finding.target}"
 
 
 def reach_spare(spare: float) -> str:
@@ -158,7 +158,7 @@ def _injury_words(finding: Finding) -> str:
 def _pedal_words(finding: Finding) -> str:
     if finding.value >= finding.limit:
         return f"{finding.subject} is on {finding.target}"
-    return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}"
+    return f"{finding.subject} stays {millimetres(-finding.value)} short of {finding.target}"
 
 
 def _seat_words(finding: Finding) -> str:
@@ -266,6 +266,11 @@ def _score_words(finding: Finding) -> str:
     return f"{finding.subject} is {points} ({-finding.limit:g} allowed), {finding.target}"
 
 
+def _force_words(finding: Finding) -> str:
+    """ "right hand on canopy handle: 143 N (150 needed) by 75 % of such women, the arm gives way first"."""
+    return f"{finding.subject}: {finding.value:.0f} N ({finding.limit:g} needed) {finding.target}"
+
+
 _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "contact": _contact_words,
     "clearance": _contact_words,
@@ -284,6 +289,7 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "reads": _reads_words,
     "excursion": _excursion_words,
     "score": _score_words,
+    "force": _force_words,
     "outline": lambda finding: _share_words(finding, "of the outline is clear"),
     "pillar": _pillar_words,
     "forward_field": _field_words,

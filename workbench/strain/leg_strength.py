@@ -21,7 +21,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
@@ -31,7 +31,7 @@ from workbench.model.rule_set import RuleSet
 from workbench.strain.arm_strength import given_directions
 from workbench.strain.working_angles import check_segments, joint_points
 
-__all__ = ["AGES", "FootStrength", "foot_strength", "joint_moments"]
+__all__ = ["AGES", "FootStrength", "foot_strength", "joint_moments", "largest_push"]
 
 AGES = ("18-25", "55-65", "65+")
 JOINTS = ("hip", "knee", "ankle")
@@ -39,6 +39,8 @@ _SENSE = (-1.0, 1.0, -1.0)
 """Flexion of hip, knee and ankle turns about minus, plus and minus the left axis of the parent."""
 _UNLOADED = 1e-9
 """[m] Lever below which a force does not load a joint."""
+_WIDEST, _HALVINGS = 9.0, 60
+"""Deviations from the mean between which a share is looked for, and how often they are halved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,10 +53,14 @@ class FootStrength:
         (P,) [N] the force at which the first joint has its mean moment.
     limits
         The joint and its direction that decide, of each person: "knee extension".
-    by_joint
-        (P, 3) [N] the forces that hip, knee and ankle bear; infinite where they are not loaded.
-    deviation
-        (P, 3) the standard deviations as shares of these.
+    levers
+        (P, 3, 2) [m] the levers about hip, knee and ankle of a force along the direction and of one
+        across it, positive where it takes their flexors.
+    moments, deviation
+        (P, 3, 2) [Nm] what these joints exert in the mean in flexion and extension, and the standard
+        deviations as shares of it.
+    lean
+        [rad] how far the push may be from the direction.
     beyond
         (P,) True where the angle of the joint that decides is beyond what its curve holds for.
     version, status
@@ -65,8 +71,10 @@ class FootStrength:
 
     mean: Floats
     limits: tuple[str, ...]
-    by_joint: Floats
+    levers: Floats
+    moments: Floats
     deviation: Floats
+    lean: float
     beyond: Bools
     version: str
     status: str
@@ -78,11 +86,28 @@ class FootStrength:
     def capable(self, force: ArrayLike) -> Floats:
         """(P,) the share of such people that exert a force [N], one or (P,).
 
-        That of the weakest joint: who is strong in one is taken to be strong in all.
+        That of the weakest joint: who is strong in one is taken to be strong in all. Found by
+        halving, since the best push leans otherwise for people of another strength.
         """
         given = for_rows(force, np.float64, (), rows=len(self.mean), what="force")
-        ratio = given[..., None] / np.maximum(self.by_joint, 1e-9)
-        return ndtr((1.0 - ratio) / self.deviation).min(axis=1)
+        low, high = np.full(len(given), -_WIDEST), np.full(len(given), _WIDEST)
+        for _ in range(_HALVINGS):
+            score = 0.5 * (low + high)
+            enough = self._at(score) >= given
+            low, high = np.where(enough, score, low), np.where(enough, high, score)
+        return ndtr(low)
+
+    def strength(self, share: float) -> Floats:
+        """(P,) [N] what a share of such people exerts at least; never below 0. InputError where that
+        is not between 0 and 1."""
+        if not 0.0 < share < 1.0:
+            raise InputError(f"share: expected more than 0 and less than 1, got {share:g}")
+        return self._at(np.full(len(self.mean), float(ndtri(share))))
+
+    def _at(self, score: Floats) -> Floats:
+        """(P,) [N] the force of people so many deviations (P,) below the mean."""
+        shares = np.maximum(1.0 - score[:, None, None] * self.deviation, 0.0)
+        return largest_push(self.levers, self.moments * shares, self.lean)[0]
 
 
 def foot_strength(
@@ -94,6 +119,7 @@ def foot_strength(
     stature: ArrayLike,
     ages: Literal["18-25", "55-65", "65+"],
     foot: ArrayLike | None = None,
+    lean: float = 0.0,
     rules: RuleSet | str = "strain_leg_strength",
 ) -> FootStrength:
     """Predict the strength of one foot in a direction.
@@ -114,14 +140,17 @@ def foot_strength(
         The people's ages in years. Those between were not measured.
     foot
         (3,) or (P, 3) [m] where it pushes; the foot's centre of gravity where None.
+    lean
+        [rad] how far from the direction the push may be in the plane of the leg: a pedal bears what
+        presses across its way, and people push along the leg. Less than a quarter of a turn.
     rules
         The curves; a rule set, or the name or path of one.
 
     Raises
     ------
     InputError
-        If the body lacks pelvis or legs, a direction is zero, a stature is not above 0, or a value
-        of the rule set has another shape.
+        If the body lacks pelvis or legs, a direction is zero, a stature is not above 0, the lean is
+        no part of a quarter of a turn, or a value of the rule set has another shape.
 
     Examples
     --------
@@ -147,27 +176,60 @@ def foot_strength(
     moment, share = joint_moments(_angles(placed, names), rows, size, rules=values)
     point = _foot_points(placed, names[3]) if foot is None else foot
     at = for_rows(point, np.float64, (3,), rows=count, what="leg strength: foot")
-    levers = _levers(placed, names, at, given_directions(direction, count, "leg strength"))
-    extends = (levers < 0.0).astype(np.int64)[..., None]
-    borne = np.take_along_axis(moment, extends, axis=2)[..., 0]
-    by_joint = np.divide(
-        borne,
-        np.abs(levers),
-        out=np.full((count, 3), np.inf),
-        where=np.abs(levers) > _UNLOADED,
-    )
-    least = by_joint.argmin(axis=1)
+    if not 0.0 <= lean < 0.5 * np.pi:
+        raise InputError(
+            f"lean: expected 0 or more and less than a quarter of a turn, got {lean:g}"
+        )
+    way = given_directions(direction, count, "leg strength")
+    across = cross(placed.world_from_segment[:, placed.body.segment(names[1]), :, 1], way)
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), _UNLOADED)
+    levers = np.stack([_levers(placed, names, at, one) for one in (way, across)], axis=2)
+    mean, least = largest_push(levers, moment, lean)
     each = np.arange(count)
-    senses = np.array(["flexion", "extension"])[extends[each, least, 0]]
+    joints, senses = least // 2, np.array(["flexion", "extension"])[least % 2]
     return FootStrength(
-        mean=by_joint[each, least],
-        limits=tuple(f"{JOINTS[j]} {sense}" for j, sense in zip(least, senses, strict=True)),
-        by_joint=by_joint,
-        deviation=np.take_along_axis(share, extends, axis=2)[..., 0],
-        beyond=borne[each, least] <= 0.0,
+        mean=mean,
+        limits=tuple(f"{JOINTS[j]} {sense}" for j, sense in zip(joints, senses, strict=True)),
+        levers=levers,
+        moments=moment,
+        deviation=share,
+        lean=lean,
+        beyond=moment[each, joints, least % 2] <= 0.0,
         version=values.description,
         status=values.status(*values.values),
     )
+
+
+def largest_push(levers: Floats, moments: Floats, lean: float) -> tuple[Floats, Ints]:
+    """(P,) [N] the largest force along a direction, and the row (P,) of joint and sense that limits it.
+
+    Who pushes with f along the way and u f across it, |u| <= tan(lean), loads joint j in a sense with
+    +-(l_j + a_j u) f <= T_j. So 1 / f is the largest of six lines over u: it is least at an end or
+    where two of them cross.
+
+    Parameters
+    ----------
+    levers
+        (P, 3, 2) [m] l and a.
+    moments
+        (P, 3, 2) [Nm] T in flexion and extension.
+    """
+    most = np.tan(lean)
+    borne = np.maximum(moments, 1e-15)
+    lines = (levers[:, :, None, :] * np.array([1.0, -1.0])[:, None] / borne[..., None]).reshape(
+        -1, 6, 2
+    )
+    first, second = np.triu_indices(6, 1)
+    apart = lines[:, first] - lines[:, second]
+    tilt = np.where(np.abs(apart[..., 1]) > 0.0, apart[..., 1], np.inf)
+    ends = np.broadcast_to([-most, 0.0, most], (len(lines), 3))
+    across = np.clip(np.concatenate([ends, -apart[..., 0] / tilt], axis=1), -most, most)
+    loads = lines[:, None, :, 0] + lines[:, None, :, 1] * across[..., None]
+    best = loads.max(axis=2).argmin(axis=1)
+    there = loads[np.arange(len(loads)), best]
+    load = there.max(axis=1)
+    force = np.divide(1.0, load, out=np.full(len(load), np.inf), where=load > _UNLOADED * 1e-9)
+    return force, there.argmax(axis=1)
 
 
 def _foot_points(placed: Placed, foot: str) -> Floats:

@@ -181,13 +181,15 @@ def kept_words(kept: Iterable[KeptReach]) -> Iterator[str]:
         name = one.control.name
         ends = [f"{1000 * value:.1f}" for value in (one.least, one.most)]
         by = " to ".join(dict.fromkeys(ends))
-        words = f"{one.who} {name}: {one.part} is in the way by {by} mm"
+        words = (
+            f"{one.who} {name}: {one.part} is in the way, {one.control.limbs} stay {by} mm short"
+        )
         if one.part in one.control.own_parts:
-            words += f", and is a piece of {name} itself: does its point lie too deep in it?"
+            words += f"; it is a piece of {name} itself: its point may lie too deep in it"
         if one.beside:
             own = ", ".join((*one.control.own_parts, one.part))
             words += (
-                f", and touches {one.beside}: is it the control's own stalk, base or screw? "
+                f"; it touches {one.beside}: is it the control's own stalk, base or screw? "
                 f"If it is, 'part: [{own}]' of {name} says so"
             )
         yield words

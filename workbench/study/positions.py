@@ -322,8 +322,8 @@ class _Search:
     wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (B, R): the requirements by which positions are compared: without those that are the same
     everywhere, or proved to be missed everywhere; score (B,) [m]: the least
     margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
-    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; begun: whether
-    people begin with the best position of a search before; notes: whether it is noted what people have to
+    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; before: of a changed
+    design how these people came out without the change, whose best position they begin with; notes: whether it is noted what people have to
     spare in each position; coarse: whether it is only asked who fits, see `here` of `fitted_positions`.
     """
 
@@ -342,7 +342,7 @@ class _Search:
     judged: set[tuple[int, float, float]] = field(default_factory=set)
 
     again: bool = False
-    begun: bool = False
+    before: Before | None = None
     notes: bool = False
     coarse: bool = False
 
@@ -355,10 +355,16 @@ class _Search:
             best=before.rows(people),
             fixed=_of(self.fixed, people, np.ones(len(self.asked), dtype=np.bool_)),
             counted=self.counted[people],
+            before=self.before.rows(people) if self.before is not None else None,
             remembered=replace(self.remembered.rows(people), few_starts=few_starts),
             judged=set(),
             again=True,
         )
+
+    @property
+    def begun(self) -> bool:
+        """Whether people begin with the best position of a search before."""
+        return self.before is not None
 
     @cached_property
     def whole(self) -> Bools:
@@ -460,17 +466,14 @@ def fitted_positions(
             movable & (thorough | ~never_met(wanted, asked)),
             nominal_setting(place),
             replace(reached.rows(short), searching=not thorough),
-            begun=begun,
+            before=before.rows(short) if before is not None and begun else None,
             notes=before is None and bool(members.shape[1]),
             coarse=coarse,
             proceed=proceed,
         )
         search.whole[:] = whole[short] | begun
         _note(search, np.arange(len(short)), search.comfortable, here.margin[short])
-        scan = partial(_scan, positions=positions)
-        if before is not None and begun:
-            scan = partial(_scan_changed, positions=positions, before=before.rows(short))
-        _search_travel(search, scan)
+        _search_travel(search, positions)
         found.take(short, search.best)
     settings = settings_of(place)
     if len(settings):
@@ -596,7 +599,10 @@ def _met_sets(margin: Floats, members: Bools) -> Bools:
 
 def _scan(search: _Search, positions: Floats) -> None:
     """Try the lattice, for each person the nearest to the comfortable position first. Where no set
-    is asked for, who fits is asked no further."""
+    is asked for, who fits is asked no further. Of a changed design less, see `_scan_changed`."""
+    if search.before is not None:
+        _scan_changed(search, positions, search.before)
+        return
     way = np.linalg.norm(positions[None] - search.comfortable[:, None], axis=2)
     order = np.argsort(np.round(way, DECIMALS), axis=1, kind="stable")
     for first in range(0, len(positions), WAVE):
@@ -776,7 +782,8 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     cost alike.
 
     First comes what seating alone answers, then what is asked of the posture with the hands at
-    rest: what the legs do not move before what they do. Then comes what that says of requirements with the hands on their controls. For the others hands
+    rest: what the legs do not move before what they do. Then comes what the
+    posture says of requirements with the hands on their controls. For the others hands
     are brought to their controls, or limbs reach for some: of these, those come first that the
     person misses in his best position. Nine in ten positions that are no better are given up by
     these. The order does not depend on who else is asked.
@@ -789,6 +796,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     legs = np.array([needs_legs(search.wanted[one.case], one) for one in search.asked])
     dear = (held | (cost == REACHING)) & ~looks
     cheap = (cost == IN_POSTURE) & ~dear & ~looks
+    pedals = np.array([one.requirement.check == "pedals" for one in search.asked])
     movable = _movable(search.place, search.asked)
 
     def stage(columns: Bools, *, at_most: bool = False, legs: bool = True) -> _Stage:
@@ -796,6 +804,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
 
     return [
         stage(cost == AFTER_SEATING, legs=False),
+        stage(pedals, at_most=True, legs=False),
         stage(cheap & ~legs, legs=False),
         stage(dear & seen, at_most=True, legs=False),
         stage(looks & missed, at_most=True, legs=False),
@@ -870,16 +879,16 @@ def _refine(search: _Search) -> None:
         _try_neighbours(search, _near_misses(search), step)
 
 
-def _search_travel(search: _Search, scan: Callable[[_Search], None]) -> None:
-    """Search the travel of the seat: the lattice by `scan`, then about the best position of each.
+def _search_travel(search: _Search, positions: Floats) -> None:
+    """Search the travel of the seat: the lattice of positions, then about the best position of each.
 
     While positions are searched for, reaches that obstacles put in doubt are tried from few starts.
     In the position that is found they are asked whole. Who fits there by the one and not by the
     other is searched for again with all starts everywhere. Who reaches there what few starts missed
     is searched for again from the posture that reaches it.
     """
-    before = search.best.rows(np.arange(len(search.who)))
-    scan(search)
+    first = search.best.rows(np.arange(len(search.who)))
+    _scan(search, positions)
     _refine(search)
     few = search.best.tried.margin.copy()
     fits = search.score >= -MET
@@ -890,8 +899,8 @@ def _search_travel(search: _Search, scan: Callable[[_Search], None]) -> None:
     missed = misses & ~wrong & ((few < -MET) & (margin >= -MET)).any(axis=1)
     for people, few_starts in ((np.flatnonzero(wrong), False), (np.flatnonzero(missed), True)):
         if len(people) and not search.again:
-            again = search.of(people, before, few_starts=few_starts)
-            _search_travel(again, scan)
+            again = search.of(people, first, few_starts=few_starts)
+            _search_travel(again, positions)
             search.best.take(people, again.best)
     # who is proved to be kept from something everywhere, or misses what is the same everywhere, fits
     # nowhere
@@ -1047,9 +1056,8 @@ class _Settings:
             if self.before is not None:
                 left = left[self.known[left]]
                 left = left[_may_fit_at(setting, positions, self.before.rows(left))]
-                before = self.before.rows(left)
-                changed = partial(_scan_changed, positions=positions, before=before)
-                self._tried_at(setting, left, changed, begun=True)
+                changed = partial(_scan, positions=positions)
+                self._tried_at(setting, left, changed, before=self.before.rows(left))
         if len(positions) > 1:
             self._refine_at_best()
         for setting in np.unique(self.found.setting[self.moved], axis=0):
@@ -1078,7 +1086,7 @@ class _Settings:
         people: Ints,
         trying: Callable[[_Search], None],
         *,
-        begun: bool = False,
+        before: Before | None = None,
     ) -> None:
         """Try some people (N,) at a setting (A,)."""
         if not len(people):
@@ -1103,7 +1111,7 @@ class _Settings:
             replace(self.remembered.elsewhere().rows(people), searching=True),
             SETTING_WORTH,
             self.proceed,
-            begun=begun,
+            before=before,
             notes=self.before is None and bool(self.members.shape[1]),
         )
         trying(search)

@@ -66,6 +66,14 @@ def _all(place: Workplace) -> Iterator[Asked]:
                     row = Requirement(words, criterion.name, criterion.check, target)
                     yield Asked(row, criterion, None, case)
                 continue
+            if criterion.check == "force":
+                for target in criterion.controls:
+                    which = f" on {target}" if len(criterion.controls) > 1 else ""
+                    row = Requirement(
+                        f"{criterion.name}{which}{lead}", criterion.name, "force", target
+                    )
+                    yield Asked(row, criterion, None, case)
+                continue
             if criterion.check != "reach":
                 target = _target(place, criterion, case)
                 name = f"{criterion.name}{lead}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
-from workbench.model.criterion import NO_REASON, Reason
+from workbench.model.criterion import NO_REASON, Reason, short_words
 from workbench.model.result import Shortfall
 from workbench.model.units import plain
 from workbench.model.workplace import Workplace
@@ -21,7 +21,7 @@ from workbench.study.checks.table import same_everywhere
 from workbench.study.hands import kept_off_by_others
 from workbench.study.positions import Fitted, Tried
 from workbench.study.settings import adjustments_of, setting_text
-from workbench.study.situation import Situation, freely_seated, position_of
+from workbench.study.situation import Situation, freely_seated, on_fixed_pedals, position_of
 
 __all__ = ["move_words", "setting_words", "shortfalls"]
 
@@ -166,16 +166,11 @@ def _limb_off(
     if short <= (REPORTED if limb.endswith("foot") else 0.0):
         return None
     if overlap > 0.0 and short <= REPORTED:
-        words = f"the {limb} gets to {control} only {_mm(overlap)} inside "
-        return _shortfall(situation, limb, words + (limit[0].text or "an obstacle"), size=overlap)
-    depth = f", {1000 * overlap:.0f} mm inside an obstacle" if overlap > 0.0 else ""
-    return _shortfall(
-        situation,
-        limb,
-        f"the {limb} stays {_mm(short)} from {control}{depth}",
-        size=short,
-        why=f"limited by {limit[0].text}" if limit[0] else "",
-    )
+        words = short_words(limb, control, 0.0, overlap, limit[0])
+        return _shortfall(situation, limb, words, size=overlap)
+    words = short_words(limb, control, short, 0.0, NO_REASON)
+    deep = f", which it is {_mm(overlap)} too deep in even there" if overlap > 0.0 else ""
+    return _shortfall(situation, limb, words, size=short, why=limit[0].why + deep)
 
 
 def _legs_inside(situation: Situation, seated: Seated) -> list[Shortfall]:
@@ -253,8 +248,7 @@ def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> l
     there = f"; in the most comfortable position {before}" if before else ""
     legs = ""
     at_end = float(situation.spare[0].min()) < AT_END  # what pedals are for the legs is said then
-    has_pedals = situation.seated is not None and bool(situation.seated.miss)
-    if has_pedals and abs(ahead) >= PEDALS_OFF and not at_end:
+    if on_fixed_pedals(situation) and abs(ahead) >= PEDALS_OFF and not at_end:
         legs = f"; the pedals are then {_pedals_off(-ahead)} for the legs"
     return [f"{lead}: the seat is set {where}, where {why}{there}{legs}"]
 

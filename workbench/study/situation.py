@@ -24,9 +24,9 @@ from workbench.model.content import content_key
 from workbench.model.criterion import Reason
 from workbench.model.driving import DrivingAims, Package
 from workbench.model.environment import Control, Environment, Seat
-from workbench.model.population import Population
+from workbench.model.population import Population, sex_index
 from workbench.model.poses import Placed, Poses
-from workbench.model.surroundings import move_parts
+from workbench.model.surroundings import moved_along
 from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.heeding import clear_fingers
@@ -58,6 +58,7 @@ __all__ = [
     "moved_by",
     "moved_by_hands",
     "moved_by_legs",
+    "on_fixed_pedals",
     "package_of",
     "position_of",
     "seating_of",
@@ -195,6 +196,8 @@ class Situation:
         (B, 3) [m] of the parts that move with the own seat.
     spare
         (B, 2) [m] the travel that is left to the rear and to the front where the seat is wanted.
+    male
+        (B,) whether they are men; of somebody whose sex is not known True.
     bystanders
         Other people, whom the hands keep clear of.
     hand_miss, hand_overlap, hand_limit
@@ -209,6 +212,7 @@ class Situation:
     poses: Poses
     displacement: Floats
     spare: Floats
+    male: Bools
     bystanders: tuple[Bystander, ...] = ()
     hand_miss: Mapping[str, Floats] = field(default_factory=dict)
     hand_overlap: Mapping[str, Floats] = field(default_factory=dict)
@@ -320,6 +324,7 @@ class Situation:
             poses=self.poses.rows(keep),
             displacement=self.displacement[keep],
             spare=self.spare[keep],
+            male=self.male[keep],
             bystanders=self.bystanders,
             hand_miss=_rows_of(self.hand_miss, keep),
             hand_overlap=_rows_of(self.hand_overlap, keep),
@@ -343,7 +348,14 @@ class Situation:
         """The surroundings with the own seat where the first person has put it."""
         if self.place.seat is None:
             return self.environment
-        return move_parts(self.environment, self.place.moving_parts, self.displacement[0])
+        return moved_along(self.environment, self.place.moving_parts, self.displacement[0])
+
+    def where(self, controls: Sequence[Control]) -> Floats:
+        """(B, T, 3) [m] where controls are for each person: what is on the own seat goes with it."""
+        at = np.reshape([control.at for control in controls], (len(controls), 3))
+        along = np.isin([control.part for control in controls], self.place.moving_parts)
+        found: Floats = at + along[:, None] * self.displacement[:, None]
+        return found
 
     def seat_moved(self, environment: Environment) -> Situation:
         """The same in surroundings where the own seat stands where it was put."""
@@ -403,7 +415,9 @@ def seating_of(place: Workplace, case: int) -> Seating:
         seat=place.own_seat,
         stand=place.stand,
         pose=work.pose,
-        pedals=Pedals(feet, points[aims.heels][2] if aims.heels else None),
+        pedals=Pedals(
+            feet, points[aims.heels][2] if aims.heels else None, _feet_along(place, aims)
+        ),
         eye=points[aims.eyes][2] if aims.eyes else None,
         driving=aims.driving,
         package=package_of(aims, place.environment) if aims.driving is not None else None,
@@ -424,6 +438,12 @@ def feet_of(aims: Aims, environment: Environment) -> dict[str, tuple[float, floa
     """Where the balls of the feet go [m], by "left foot" and "right foot"."""
     controls = {control.name: control for control in environment.controls}
     return {foot: controls[held].at for foot, held in aims.controls.items() if foot in FEET}
+
+
+def _feet_along(place: Workplace, aims: Aims) -> tuple[str, ...]:
+    """The feet that are on something that the own seat takes along, such as footplates."""
+    along = [one.name for one in place.environment.controls if one.part in place.moving_parts]
+    return tuple(foot for foot, name in aims.controls.items() if foot in FEET and name in along)
 
 
 def package_of(aims: Aims, environment: Environment) -> Package:
@@ -495,13 +515,19 @@ def _seated(seating: Seating, who: Occupants, poses: Poses, positions: Floats | 
     return who.seats.seated(key, who.numbers, positions, some)
 
 
+def on_fixed_pedals(situation: Situation) -> bool:
+    """Whether a foot is on a pedal that stays where it is when the seat goes."""
+    pedals = seating_of(situation.place, situation.case).pedals
+    return pedals is not None and not set(pedals.at) <= set(pedals.along)
+
+
 def freely_seated(situation: Situation, more: float) -> Seated | None:
     """The people of a situation where pedals and view would have their seats, if these went so much
     [m] farther back and forward and thighs could hang as they will; None of drivers and of people
-    without a seat or pedals."""
+    without a seat or pedals that stay where they are."""
     seating = seating_of(situation.place, situation.case)
     seat_of = seating.seat
-    if seat_of is None or seating.driving is not None or not (seating.pedals and seating.pedals.at):
+    if seat_of is None or seating.driving is not None or not on_fixed_pedals(situation):
         return None
     low, high = seat_of.travel_forward
     return seat(
@@ -593,7 +619,8 @@ def in_place(
     shift = np.zeros((len(who), 3)) if seated is None else seated.shift
     spare = np.full((len(who), 2), np.nan) if seated is None else seated.spare_travel[:, :2]
     beside = tuple(one.in_case(case) for one in place.beside)
-    found = Situation(place, case, who.body, taken, taken.poses, shift, spare, beside)
+    male = who.people.sex[who.numbers] == sex_index("male")
+    found = Situation(place, case, who.body, taken, taken.poses, shift, spare, male, beside)
     return found if heedless else with_clear_legs(found)
 
 
@@ -809,6 +836,7 @@ def _with_hand(
     moving = np.isin(environment.parts, situation.place.moving_parts).astype(np.int64)
     own = tuple(environment.part_index(part) for part in control.own_parts)
     room = Room(environment, moving, situation.displacement, situation.bystanders, held=own)
+    at = situation.where([control])
     other_arm = bool(situation.hand_miss)  # it is on its control already
     for zone in range(1, situation.freest(control) + 1):
         arm = limb(body, name, grip=control.grip, zone=zone)
@@ -817,7 +845,7 @@ def _with_hand(
             Poses(
                 poses.rotations[left], poses.reference, poses.world_from_reference[left], None, left
             ),
-            [control.at],
+            at[left],
             limb=arm,
             environment=environment,
             moving_parts=situation.place.moving_parts,
@@ -832,7 +860,7 @@ def _with_hand(
         rotations[left] = found.poses.rotations
         got = np.flatnonzero(found.reached[:, 0])
         there = clear_fingers(
-            body, found.poses.rows(got), arm, control.at, room, other_arm=other_arm
+            body, found.poses.rows(got), arm, at[left[got], 0], room, other_arm=other_arm
         )
         rotations[left[got]] = there.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])

@@ -139,7 +139,9 @@ def read_dae(path: Path, data: bytes) -> RawMesh:
     metres = None if unit is None else _unit(path, unit)
     axis = next((item.text for item in tree.iter() if _tag(item) == "up_axis"), None)
     known_axes = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}
-    up = known_axes.get((axis or "Y_UP").strip(), "y")  # the format's default is y
+    up = known_axes.get((axis or "Y_UP").strip().upper())  # the format's default is y
+    if up is None:
+        raise InputError(f"{path}: <up_axis> is {axis!r}; X_UP, Y_UP or Z_UP is needed")
     return RawMesh(str(path), "DAE", parts, metres, up, notes)
 
 

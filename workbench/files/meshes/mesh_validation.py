@@ -15,7 +15,7 @@ import manifold3d
 import numpy as np
 
 from workbench.files.meshes.parts import RawPart, weld
-from workbench.files.meshes.polygons import degenerate_faces
+from workbench.files.meshes.polygons import degenerate_faces, face_planes
 from workbench.files.meshes.shells import OrientedShells, one_shell, orient_shells, shell_labels
 from workbench.files.meshes.winding import (
     HalfEdges,
@@ -25,6 +25,7 @@ from workbench.files.meshes.winding import (
     is_closed,
     winding_sense,
 )
+from workbench.geometry.box_pairs import box_pairs
 from workbench.geometry.components import component_labels
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import HARMLESS
@@ -250,8 +251,17 @@ _BLOCK = 1_000
 _GRID = 2.0**-34
 """Spacing [m] of the grid onto which corners of united solids are rounded, 0.06 nm: walls that touch
 but for rounding shall leave no gap."""
-_NEAR = 1e-9
-"""Gap of two boxes, as a share of the part's size, up to which their solids may touch."""
+_GAP = 2e-4
+"""Gap [m] between solids of one part up to which they touch: a wall that both have is cut into other
+triangles in each, and corners are written with some digits, 0.1 mm in a file in metres with four."""
+_LEAST = 1e-6
+"""Least growth [m] of solids that closes a gap: less is lost in the rounding of a union."""
+_SHARPEST = 0.2
+"""Least cosine between the way of a corner that grows and the normals of its faces."""
+_FEW = 100
+"""Faces that are compared with all others at a time."""
+_FACING = -0.999
+"""Greatest cosine between the normals of faces that face each other."""
 
 
 def united(part: RawPart, shells: OrientedShells) -> tuple[RawPart, int]:
@@ -285,6 +295,10 @@ def united(part: RawPart, shells: OrientedShells) -> tuple[RawPart, int]:
         sound = [k for k, one in made.items() if one.status() == manifold3d.Error.NoError]
         left_out[np.setdiff1d(cluster, sound)] = True
         whole = manifold3d.Manifold.batch_boolean([made[k] for k in sound], manifold3d.OpType.Add)
+        gap = _widest_gap(whole)
+        if gap > 0:
+            grown = [_solid(rounded, of_solid[k], grown=max(0.75 * gap, _LEAST)) for k in sound]
+            whole = manifold3d.Manifold.batch_boolean(grown, manifold3d.OpType.Add)
         if sum(one.volume() > 0 for one in whole.decompose()) == len(sound):
             continue  # all of them are apart
         mesh = whole.to_mesh64()
@@ -298,10 +312,44 @@ def united(part: RawPart, shells: OrientedShells) -> tuple[RawPart, int]:
     return mended, int(left_out.sum())
 
 
-def _solid(part: RawPart, chosen: Ints) -> manifold3d.Manifold:
-    """The solid that some faces of a part bound."""
+def _solid(part: RawPart, chosen: Ints, *, grown: float = 0.0) -> manifold3d.Manifold:
+    """The solid that some faces of a part bound, with each corner so far out that every plane at it
+    has moved by `grown` [m] at least."""
     points, corners = weld(part.vertices, part.faces[chosen])
+    planes = face_planes(points, corners)
+    normal = np.repeat(planes.normal * ~planes.flat[:, None], 3, axis=0)
+    of = corners.reshape(-1)
+    out = np.zeros_like(points)
+    np.add.at(out, of, normal)
+    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), _LEAST)
+    along = np.ones(len(points))
+    np.minimum.at(along, of, np.einsum("nc,nc->n", normal, out[of]))
+    points = points + grown * out / np.maximum(along, _SHARPEST)[:, None]
     return manifold3d.Manifold(manifold3d.Mesh64(points, corners.astype(np.uint64)))
+
+
+def _widest_gap(whole: manifold3d.Manifold) -> float:
+    """The widest gap [m] up to `_GAP` between faces of a solid that face each other; 0 without any."""
+    mesh = whole.to_mesh64()
+    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+    planes = face_planes(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+    corner = vertices[planes.faces[~planes.flat]]
+    normal = planes.normal[~planes.flat]
+    box = np.hstack([corner.min(axis=1) - _GAP, corner.max(axis=1) + _GAP])
+    axes = np.argsort(np.ptp(vertices, axis=0))[[-2, -1, -2, -1]] + [0, 0, 3, 3]
+    widest = 0.0
+    for first in range(0, len(box), _FEW):
+        one, other = box_pairs(box[first : first + _FEW, axes], box[:, axes])
+        one += first
+        near = np.einsum("nc,nc->n", normal[one], normal[other]) < _FACING
+        one, other = one[near], other[near]
+        near = (box[one, :3] <= box[other, 3:]).all(axis=1)
+        near &= (box[other, :3] <= box[one, 3:]).all(axis=1)
+        one, other = one[near], other[near]
+        ahead = np.einsum("nkc,nc->nk", corner[other] - corner[one, :1], normal[one])
+        between = ahead.max(axis=1)[(ahead.min(axis=1) < _GAP) & (ahead.max(axis=1) > 0)]
+        widest = max(widest, min(float(between.max(initial=0.0)), _GAP))
+    return widest
 
 
 def _clusters(part: RawPart, body: Ints, count: int) -> Iterator[Ints]:
@@ -313,11 +361,10 @@ def _clusters(part: RawPart, body: Ints, count: int) -> Iterator[Ints]:
     low = _by_solid(np.minimum, corner.min(axis=1), body)
     high = _by_solid(np.maximum, corner.max(axis=1), body)
     thick = np.flatnonzero((high > low).all(axis=1))
-    slack = _NEAR * float((high - low).max())
     pairs = []
     for first in range(0, len(thick), _BLOCK):
         some = thick[first : first + _BLOCK]
-        near = (low[some, None] <= high[thick] + slack) & (high[some, None] >= low[thick] - slack)
+        near = (low[some, None] <= high[thick] + _GAP) & (high[some, None] >= low[thick] - _GAP)
         pairs.append(np.argwhere(near.all(axis=2)) + np.array([first, 0]))
     one, other = np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs]).T
     label = component_labels(one, other, len(thick))

@@ -20,7 +20,8 @@ FORMAT = "bubbleman-workbench result 2"
 
 
 class FindingRow(Row):
-    """One measured value in `unit`: mm, deg, g, percent, points, or "" of a number; in words: `sentence`.
+    """One measured value in `unit`: mm, deg, g, percent, points, N, or "" of a number; in words:
+    `sentence`.
 
     margin: what is to spare, negative where the criterion is not met. time_ms: null of a posture.
     surface_known_to: how far the true surface may lie from the spheres toward turning the outcome,

@@ -29,6 +29,10 @@ __all__ = ["Known", "criteria_of", "unfit", "visible_parts"]
 
 Pair = tuple[str, str]
 """A role and a case, by their names."""
+_STRENGTH = {"hand": "strain_arm_force_field", "foot": "strain_leg_strength"}
+"""The rule sets of strength."""
+ADULT = 18.0
+"""[years] The least age of people whose strength was measured."""
 _HELD = 0.003
 """How long a level is held [s] where a rule does not state it: the 3 ms of the chest."""
 
@@ -75,11 +79,13 @@ def unfit(check: str, role: RoleFile, action: ActionFile) -> str:
     """Why a check cannot be asked of a role's action, "" where it can."""
     moving = action.moves
     predicted = action.predicted or action.driver
-    if (
-        check in ("reach", "pedals", "preferred_seat", "eye_height", "view_over", *OF_SIGHT)
-        and moving
-    ):
+    of_postures = ("reach", "force", "pedals", "preferred_seat", "eye_height", "view_over")
+    if check in (*of_postures, *OF_SIGHT) and moving:
         return "it cannot be asked of a motion"
+    if check == "force" and role.population is None and role.sizes is None and role.size is None:
+        return "strength goes by sex: give the role a 'size', 'sizes' or a 'population'"
+    if check == "force" and role.size is not None and (role.size.age or ADULT) < ADULT:
+        return "strength is known of adults"
     if check == "injury" and not moving:
         return "it is asked of motions"
     if check in ("view_over", "pillar", "forward_field") and role.seat is None:
@@ -103,7 +109,8 @@ def criteria_of(work: Work, known: Known) -> list[Criterion]:
         _name_faults(work, row, file, known)
         pairs = _pairs(work, row, file)
         limits = _limits(work, row, file, known)
-        rules = _rule_set(work, row, file)
+        limbs = _limbs_on(work, row, file, pairs, known) if file.check == "force" else set()
+        rules = _rule_set(work, row, file, limbs)
         _sight_faults(work, row, file, known, rules)
         if len(work.faults) == before and known.room is not None:
             found.append(_criterion(file, pairs, limits, known, known.room, rules))
@@ -262,12 +269,14 @@ def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Li
     )
 
 
-def _rule_set(work: Work, row: int, file: CriterionFile) -> RuleSet | None:
+def _rule_set(work: Work, row: int, file: CriterionFile, limbs: set[str]) -> RuleSet | None:
     """The rule set of a criterion of sight, or of a score, which has the one of its method where
-    none is named."""
+    none is named; of a force that of the limbs that exert it."""
     shipped = f"strain_{file.method}" if file.check == "score" else None
+    if limbs:
+        shipped = _STRENGTH[min(limbs)]
     name = file.rules or shipped
-    if name is None or file.check not in (*OF_SIGHT, "score"):
+    if name is None or file.check not in (*OF_SIGHT, "score", "force"):
         return None
     key: Key = ("criteria", row, "rules" if file.rules else "method")
     try:
@@ -316,6 +325,49 @@ def _sight_faults(
                 "characters: state 'characters' of it there, or leave it out here"
             )
             work.fault(("criteria", row, "instruments"), what)
+
+
+def _limbs_on(
+    work: Work, row: int, file: CriterionFile, pairs: list[Pair], known: Known
+) -> set[str]:
+    """Whether a hand or a foot is on the controls of a criterion of force; reports controls on which
+    none is, or several are, and keys that are of the other."""
+    controls = [control.name for control in known.room.controls] if known.room is not None else []
+    limbs_on: set[str] = set()
+    for pair, _, action in _actions(work):
+        held = _held(action) if pair in pairs else {}
+        for name in matching(file.controls, controls) if pair in pairs else ():
+            limbs = [limb for limb, control in held.items() if control == name]
+            limbs_on |= {limb.split()[1] for limb in limbs}
+            if len(limbs) == 1:
+                continue
+            who = f"of {pair[0]!r} in case {pair[1]!r}"
+            what = f"no hand or foot {who} is on {name!r}: put one there in the case's 'hands' or 'feet'"
+            if limbs:
+                what = f"{' and '.join(limbs)} {who} are both on {name!r}: strength is known of one"
+            work.fault(("criteria", row, "controls"), what)
+    if "foot" in limbs_on and file.ages is None:
+        what = (
+            "a foot's strength needs 'ages': 18-25, 55-65 or 65+; those between were not measured"
+        )
+        work.fault(("criteria", row), what)
+    for field in ("ages", "lean"):
+        if "hand" in limbs_on and getattr(file, field) is not None:
+            what = f"{field!r} is of feet, and a hand is on a control: ask hands and feet apart"
+            work.fault(("criteria", row, field), what)
+    return limbs_on
+
+
+def _held(action: ActionFile) -> dict[str, str]:
+    """By limb ("left hand", ...) the control that an action has it on."""
+    aims = action.predicted or action.driver
+    sides = {"hand": aims.hands, "foot": aims.feet} if aims else {"hand": action.hands}
+    return {
+        f"{side} {kind}": name
+        for kind, both in sides.items()
+        for side in ("left", "right")
+        if both is not None and (name := getattr(both, side)) is not None
+    }
 
 
 def _window(limit: LimitFile) -> float:
@@ -372,6 +424,9 @@ def _criterion(
         wheel=matching(file.wheel or [], known.parts),
         inside_wheel=matching(file.inside_wheel or [], known.parts),
         method=file.method or "",
+        capable=(file.capable or 0.0) / 100,
+        ages=file.ages or "",
+        lean=math.radians(file.lean or 0.0),
         work=Labour(**file.work.model_dump()) if file.work else Labour(),
         limits=limits,
         of=tuple(file.of or ()),

@@ -91,6 +91,7 @@ _POSSIBLE = {
     "percent": (0, 100, "percent"),
     "arcmin": (0, 600, "arc minutes"),
     "points": (1, 15, "points"),
+    "N": (1, 10_000, "newtons"),
 }
 """What limits are possible in units that are no lengths."""
 
@@ -466,6 +467,7 @@ CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "excursion": (("segments", "direction", "origin", "at_most"), ()),
     "injury": (("rules",), ()),
     "score": (("method", "at_most"), ("rules", "work")),
+    "force": (("controls", "direction", "at_least", "capable"), ("ages", "lean")),
     "share": (("at_least",), ("of",)),
 }
 """The keys of each check beside name, check, people and cases: needed ones, and possible ones."""
@@ -520,6 +522,7 @@ class CriterionFile(FileModel):
         "excursion",
         "injury",
         "score",
+        "force",
         "share",
     ]
     people: Names | None = None
@@ -553,6 +556,9 @@ class CriterionFile(FileModel):
     inside_wheel: Names | None = None
     method: Literal["rula", "reba", "owas"] | None = None
     work: WorkFile | None = None
+    capable: Annotated[float, Field(gt=0, lt=100)] | None = None
+    ages: Literal["18-25", "55-65", "65+"] | None = None
+    lean: Annotated[float, Field(ge=0, le=80)] | None = None
     of: Names | None = None
 
     @model_validator(mode="after")

@@ -24,6 +24,8 @@ _SLOW = 0.5
 _FAST = 40.0
 """Speed [m/s] of a hand, a foot or the head against the pelvis that nobody reaches: a pitcher's hand
 has some 25."""
+_TRAVEL = 100.0
+"""Speed [m/s] at which no person is recorded on his way."""
 _ENDS = ("H", "LHN", "RHN", "LF", "RF")
 
 
@@ -31,8 +33,8 @@ def motion_doubts(body: Body, poses: Poses) -> tuple[str, ...]:
     """Tell what in a motion is as no person's, each with what may be wrong in its file.
 
     The head stands above the feet, knees and elbows bend one way, frames follow each other within
-    half a second, and hands, feet and head move as people's do. Joints and segments that a body has
-    not are not asked for.
+    half a second, hands, feet and head move as people's do, and the person neither jumps nor flies.
+    Joints and segments that a body has not are not asked for.
 
     Parameters
     ----------
@@ -82,6 +84,20 @@ def _odd_clock(body: Body, poses: Poses) -> Iterator[str]:
         yield (
             f"the frames are {step:g} s apart: if these are milliseconds, convert the file "
             "(workbench motion convert --speed 1000)"
+        )
+    way = np.diff(poses.world_from_reference[:, :, 3], axis=0) / np.diff(time)[:, None]
+    speed = np.linalg.norm(way, axis=1)
+    jump = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    if np.median(speed) > _TRAVEL:
+        yield (
+            f"the person travels at {np.median(speed):.0f} m/s: is the place in another unit than "
+            "the file states (OpenSim: metres), or are the times too short (--speed 0.001)?"
+        )
+    elif jump.max(initial=0.0) > _FAST:
+        frame = int(np.argmax(jump)) + 1
+        yield (
+            f"the person's speed changes by {jump.max():.0f} m/s between two frames at {time[frame]:g} s: "
+            "does the place jump there? The frames without it: --end, --start (end, start in a study)"
         )
     first = np.unique(np.linspace(0, len(time) - 2, _FRAMES).astype(np.int64))
     speeds = _speeds(body, poses, first)

@@ -28,7 +28,7 @@ from workbench.contact.kernels.field import (
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.search import record_gap
-from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
+from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes, widest
 from workbench.geometry.lanes import first_bit
 from workbench.geometry.polygon import Faces, point_polygon
 from workbench.geometry.tree import wider
@@ -121,6 +121,8 @@ class Obstacles(NamedTuple):
     """(N, groups) [m] the least that is allowed to each segment in a group."""
     shift: NDArray[np.float64]
     """(B, 3) [m] displacement of the second group for each body."""
+    branch: NDArray[np.int64]
+    """(M, 8) the part that all polygons below each child of a tree node are of; -1 for several."""
     people: Company
     """Other people, and the own body but for the limb."""
 
@@ -385,16 +387,19 @@ def _is_entered(part, entered, space):  # type: ignore[no-untyped-def]
 def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space):  # type: ignore[no-untyped-def]
     """Keep the polygons of group g within far [m] of a centre that the sphere enters.
 
-    The tree is walked depth first. A branch is cut if its boxes and its cylinders are farther away.
-    Those of the first `entered` solids that hold the centre are left out: seen from inside they would
-    push the sphere farther in. Returns the count, and the square of the least distance [m2] that was
-    met.
+    The tree is walked depth first, the nearest child of a node first. A branch is cut if its boxes and
+    its cylinders are farther away than what counts and than the nearest polygon so far; or if it is
+    of one part, and farther away than what of this part counts. Those of the first `entered` solids
+    that hold the centre are left out: seen from inside they would push the sphere farther in. Returns
+    the count, and the square of a distance [m2] that no polygon within far is nearer than.
     """
     field = room.field
     stack = space.stack
     gaps = space.gaps
     least = far * far
     limit = wider(least)
+    # what a part allows less than this, less the distance, counts
+    deep = r + clear
     stack[0] = field.trees.root[g]
     size = 1
     point = point_lanes(x, y, z)
@@ -405,8 +410,16 @@ def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
         if bits != 0:
             bits &= near_heads(x, y, z, field.trees.head, m, limit, gaps)
         while bits != 0:
-            c = np.int64(field.trees.child[m, first_bit(bits)])
+            k = first_bit(bits)
             bits &= bits - np.uint64(1)
+            low = np.float64(gaps[DEEP + k])
+            part = room.branch[m, k]
+            if part >= 0 and low > 0.0:
+                counts = max(deep - room.allowed[n, part], 0.0)
+                if low > widest(counts * counts):
+                    least = min(least, low * (1.0 - 2e-6))
+                    continue
+            c = np.int64(field.trees.child[m, k])
             if c >= 0:
                 stack[size] = c
                 size += 1
@@ -421,6 +434,10 @@ def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
                 room.owner[f], entered, space
             ):
                 count = _keep_contact(x, y, z, s, f, excess, 0.0, count, room, space)
+                if count == DEEPEST:
+                    deep = min(deep, r - space.found[0, DEEPEST - 1, 0])
+            near = max(deep - room.least[n, g], 0.0)
+            limit = min(limit, wider(max(near * near, least)))
     return count, least
 
 

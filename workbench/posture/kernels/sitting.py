@@ -163,6 +163,8 @@ class Legs(NamedTuple):
     """(J, 3, 3) axes of all joints."""
     feet: int
     """Number of feet that count."""
+    along: Floats
+    """(2,) 1 for a foot whose pedal moves with the seat, else 0."""
     floor: int
     """1 if heels have a floor."""
     in_air: float
@@ -190,8 +192,8 @@ class Sitter(NamedTuple):
     up: Floats
     """(1,) [m] the seat's travel up."""
     missed: Floats
-    """(2, 4) [m] where the hips were when a heel could last not be on the floor, and by how much it
-    missed."""
+    """(2, 4) [m] where the hips were, from the pedal, when a heel could last not be on the floor, and
+    by how much it missed."""
 
 
 class SeatWorkspace(NamedTuple):
@@ -290,8 +292,9 @@ def _level_seat(sit, b, low, rear, sitter):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _sit(sit, b, forward, sitter, workspace):  # type: ignore[no-untyped-def]
-    """Rest person b on the seat, moved forward by so much [m]; returns the move of the hips [m]."""
+def _sit(sit, legs, b, forward, sitter, workspace):  # type: ignore[no-untyped-def]
+    """Rest person b on the seat, moved forward by so much [m], with the pedals that go along; returns
+    the move of the hips [m]."""
     # The hips x have the three heights that are wanted, less the least heights of what rests:
     #     n1 . x = level1 - heights1,    n2 . x = level2 - heights2,    n3 . x = level3,
     # so that x = N^-1 times these, and the seat's travel is added.
@@ -322,8 +325,11 @@ def _sit(sit, b, forward, sitter, workspace):  # type: ignore[no-untyped-def]
         if i == 2:
             at += sitter.up[0]
         moved = max(moved, abs(at - sitter.base[0, i, 3]))
+        shift = forward * sit.ahead[i] + (sitter.up[0] if i == 2 else 0.0)
         for r in range(4):
             sitter.base[r, i, 3] = at
+            goal = legs.goal[b, r // 2, r % 2, i]
+            workspace.goal[r, i] = goal + legs.along[r // 2] * shift
     return moved
 
 
@@ -395,12 +401,12 @@ def _heel_down(legs, b, foot, sitter, workspace):  # type: ignore[no-untyped-def
     missed = sitter.missed[foot]
     square = 0.0
     for i in range(3):
-        square += (sitter.base[0, i, 3] - missed[i]) ** 2
+        square += (sitter.base[0, i, 3] - workspace.goal[r, i] - missed[i]) ** 2
     if math.sqrt(square) < missed[3] - SHORT:
         return False
     miss = _stretch(legs, b, foot, r, sitter, workspace)
     for i in range(3):
-        missed[i] = sitter.base[0, i, 3]
+        missed[i] = sitter.base[0, i, 3] - workspace.goal[r, i]
     missed[3] = miss if miss >= REACHED else 0.0
     return miss < REACHED
 
@@ -473,7 +479,7 @@ def settle(sit, legs, b, forward, effort, sitter, workspace, row):  # type: igno
     row : (ROW,)
         Filled with what was found at this place.
     """
-    _sit(sit, b, forward, sitter, workspace)
+    _sit(sit, legs, b, forward, sitter, workspace)
     row[PRESSED] = 0.0
     for _ in range(effort.turns):
         row[MISSED] = 0.0
@@ -486,7 +492,7 @@ def settle(sit, legs, b, forward, effort, sitter, workspace, row):  # type: igno
             row[TOTAL_DISCOMFORT] += discomfort
             row[FOOT_DISCOMFORT + foot] = discomfort
             row[HEELS_DOWN] += 1.0 if down or legs.floor == 0 else 0.0
-        if _sit(sit, b, forward, sitter, workspace) < effort.tolerance:
+        if _sit(sit, legs, b, forward, sitter, workspace) < effort.tolerance:
             break
     if effort.thighs:
         row[PRESSED] = _pressed(sit, b, forward, sitter, workspace)

@@ -91,7 +91,7 @@ def still_reached(
     body, poses
         B poses of the rows of a body, one of each.
     targets
-        (T, 3) [m] in the world.
+        (B, T, 3) [m] of each person, in the world.
     limb
         The limb, of this body.
     kept
@@ -104,7 +104,7 @@ def still_reached(
     (B, T) array
         False too where nothing was reached before.
     """
-    count = len(targets)
+    count = targets.shape[1]
     world = segment_frames(body, poses, limb.base)
     task = limb_task(
         body,
@@ -112,7 +112,7 @@ def still_reached(
         np.repeat(np.arange(len(body)), count),
         held=np.repeat(poses.rotations, count, axis=0),
         base=np.repeat(world, count, axis=0),
-        goal=goals_of(np.tile(targets, (len(body), 1))),
+        goal=goals_of(targets.reshape(-1, 3)),
     )
     if kept.environment is not environment:
         kept.looked.gap[:] = -1.0

@@ -4,7 +4,7 @@ of a leg that enters the own body deeper than the one before, and than the body 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -102,14 +102,14 @@ def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = Fal
     return deep_in(task, angles, room).overlap
 
 
-def heeding(task: Task, angles: Floats, clear: Bools, before: Floats) -> Bools:
+def heeding(task: Task, angles: Floats, clear: Bools, before: Callable[[Ints], Floats]) -> Bools:
     """(P,) which of the clear legs at angles (P, K, 3) enter the own body no deeper than it allows, or
-    than before (P,) [m]."""
+    than before: that says how deep [m] some of them (N,) were."""
     rows = np.flatnonzero(clear)
     kept = np.zeros(len(clear), dtype=np.bool_)
     if len(rows):
         now = in_oneself(rows_of(task, rows), angles[rows])
-        kept[rows] = now <= np.maximum(before[rows], 0.0)
+        kept[rows] = now <= np.maximum(before(rows), 0.0)
     return kept
 
 
@@ -117,7 +117,7 @@ def clear_fingers(
     body: Body,
     poses: Poses,
     hand: Limb,
-    at: Sequence[float],
+    at: Floats,
     room: Room,
     *,
     other_arm: bool = False,
@@ -132,7 +132,7 @@ def clear_fingers(
     poses
         Of rows of the body.
     at
-        (3,) where the hands are [m].
+        (P, 3) where the hand of each is [m].
     room
         The obstacles; in those that are `held` the hand may be.
     other_arm
@@ -141,7 +141,7 @@ def clear_fingers(
     arm = arm_alone(body, hand)
     room = replace(room, own=own_body(body, poses, arm, other_arm=other_arm))
     task, angles = as_posed(body, poses, with_fingers(body, arm))
-    task = replace(task, goal=goals_of(np.repeat(np.array([at]), len(poses), axis=0)))
+    task = replace(task, goal=goals_of(at))
     deep = np.flatnonzero(deep_in(task, angles, room).overlap > 0.0)
     some = rows_of(task, deep)
     found, doubt = cleared(some, _known(some, angles[deep]), room, effort=FEW_STARTS)

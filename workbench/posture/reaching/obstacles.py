@@ -316,5 +316,25 @@ def _fixed(topology: Topology, environment: Environment, moving: tuple[int, ...]
     owner, allowed, moves, normal, least = _plain(
         [environment.polygon_part, allowed, moves, environment.normal, least]
     )
+    (branch,) = _plain([_branches(field.trees, owner)])
     shift = np.zeros((1, 3))
-    return Obstacles(faces, shells, field, owner, allowed, moves, normal, least, shift, NOBODY)
+    return Obstacles(
+        faces, shells, field, owner, allowed, moves, normal, least, shift, branch, NOBODY
+    )
+
+
+def _branches(trees: Trees, owner: Ints) -> Ints:
+    """(M, 8) the part of all polygons below each child of M tree nodes; -1 where there are several."""
+    used = np.arange(trees.child.shape[1]) < trees.many[:, None]
+    leaf = trees.child < 0
+    polygon = trees.record[trees.begin[:-1] + 8].astype(np.int64)
+    own = owner[polygon[np.where(leaf, -1 - trees.child, 0)]]
+    found = np.where(leaf, own, 0)
+    while True:  # from the leaves up, a level a turn
+        low = np.where(used, found, np.iinfo(np.int64).max).min(axis=1)
+        high = np.where(used, found, -1).max(axis=1)
+        node = np.where(low == high, low, -1)
+        above = np.where(leaf, own, node[np.where(leaf, 0, trees.child)])
+        if np.array_equal(above, found):
+            return above
+        found = above

@@ -125,7 +125,10 @@ def clear_legs(
         # both stay, so that mirrored people are mirrored
         chain = pointed_foot(body, next(iter(pitches)))
         (was, then), (task, now) = (as_posed(body, one, chain) for one in (poses, cleared_poses))
-        before = in_oneself(rows_of(was, both), then[both])
+
+        def before(legs: Ints) -> Floats:
+            return in_oneself(rows_of(was, both[legs]), then[both[legs]])
+
         fine = heeding(rows_of(task, both), now[both], moved[0, both], before)
         moved[:, both] = fine
         rotations[both[~fine]] = poses.rotations[both[~fine]]
@@ -169,7 +172,11 @@ def _clear(
     """Of some rows (N,) of a task, whose soles may have other pitches (B, Q), those that a clear
     posture was found of, and its angles (M, K, 3)."""
     own = rows_of(task, rows)
-    before = in_oneself(own, angles[rows])
+
+    def before(legs: Ints) -> Floats:
+        some, each = np.unique(legs, return_inverse=True)
+        return in_oneself(rows_of(own, some), angles[rows[some]])[each]
+
     found, doubt = swung_clear(own, angles[rows], room)
     best = found.angles
     clear = heeding(own, best, doubt < KEPT, before)
@@ -180,8 +187,8 @@ def _clear(
         soles = _soles(task, other)[rows[left]]
         turned, level = _turned(own, angles[rows], left, soles, room)
         lack = level.overlap + np.where(level.numbers[:, 0] > REACHED, level.numbers[:, 0], 0.0)
-        each = np.repeat(before[left], soles.shape[1])
-        good = heeding(turned, level.angles, lack <= 0.0, each)
+        whose = np.repeat(left, soles.shape[1])
+        good = heeding(turned, level.angles, lack <= 0.0, lambda legs: before(whose[legs]))
         clear[left] = _take(best, left, turned, level.angles, good)
         lack = lack.reshape(len(left), -1)[~clear[left]]
         least = np.argsort(lack, axis=1, kind="stable")[:, :SOLES]
@@ -194,7 +201,7 @@ def _clear(
         starts = level.angles[at]
         starts[:, 0, axis] += sign * np.tile(SWINGS, len(at) // len(SWINGS))
         found, doubt = swung_clear(swung, starts, room)
-        good = heeding(swung, found.angles, doubt < KEPT, each[at])
+        good = heeding(swung, found.angles, doubt < KEPT, lambda legs: before(whose[at[legs]]))
         clear[left] = _take(best, left, swung, found.angles, good)
     return rows[clear], best[clear]
 

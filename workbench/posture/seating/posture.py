@@ -23,11 +23,14 @@ DECIMALS = 9
 
 @dataclass(frozen=True)
 class Pedals:
-    """Where the balls of the feet go [m], by "left foot" and "right foot", and the height [m] of
-    the floor that the heels stand on, None where they stand on nothing."""
+    """Where the balls of the feet go [m], by "left foot" and "right foot", the height [m] of the
+    floor that the heels stand on, None where they stand on nothing, and the feet whose pedals move
+    with the seat, as footplates do: these are where they stand with the seat not moved, and so is
+    the floor of their heels."""
 
     at: Mapping[str, tuple[float, float, float]]
     floor: float | None = None
+    along: tuple[str, ...] = ()
 
 
 def positions(travel: tuple[float, float]) -> Floats:

@@ -231,6 +231,7 @@ def _pedals_in(axes: SeatAxes, pedals: Pedals) -> Pedals:
     return Pedals(
         {foot: axes.point(at) for foot, at in pedals.at.items()},
         None if floor is None else axes.height(floor),
+        pedals.along,
     )
 
 
@@ -266,9 +267,14 @@ def _some_people(body: Body, poses: Poses, ask: _Ask, may: _Travel) -> Seated:
     lap = lap_of(body, poses, seat, segment=segment, eye=ask.eye)
     sitting = sitting_of(body, poses, seat, lap, may.up, feet=ask.pedals.at)
     tasks = foot_tasks(body, poses, ask.pedals, sitting.ahead)
+    grid = may.grid
+    if not set(ask.pedals.at) - set(
+        ask.pedals.along
+    ):  # no place suits the legs better than another
+        grid = np.clip(0.0, *may.forward.T)[:, None]
     rest = partial(at_rest, body, lap, sitting)
     found = (
-        _stepped(sitting, tasks, poses.rotations, ask, may.grid, rest)
+        _stepped(sitting, tasks, poses.rotations, ask, grid, rest)
         if tasks
         else _resting(sitting, poses.rotations, may, rest)
     )
@@ -320,7 +326,7 @@ def _stepped(
     turned = comfortable(tasks, rotations)
     lap = sitting.lap.copy()
     lap[:, :, 3] = rest(turned)[0]
-    first = first_places(tasks, lap, grid, sitting.ahead)
+    first = first_places(tasks, lap, grid, sitting.ahead, legs.along)
     travel = np.zeros((count, 2))
     numbers = np.zeros((count, 2, 8))
     row = np.zeros((count, ROW))

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, Seat
 from workbench.model.posing import attitude_matrix
-from workbench.model.surroundings import move_parts
+from workbench.model.surroundings import moved_along
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.chains import apply, on_grid
 
@@ -88,7 +88,7 @@ def seat_shift(seat: Seat | None, forward: float, up: float) -> Floats:
 def seat_at(environment: Environment, name: str, forward: float, up: float) -> Environment:
     """Move what goes with a seat so far [m] ahead and up of where it stands at rest."""
     seat = environment.seat(name)
-    return move_parts(environment, seat.moves, seat_shift(seat, forward, up))
+    return moved_along(environment, seat.moves, seat_shift(seat, forward, up))
 
 
 def middle(place: Workplace) -> Floats:

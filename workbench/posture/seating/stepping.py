@@ -99,6 +99,7 @@ def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
         joints=np.array([task.joints for task in two]),
         axes=np.ascontiguousarray(tasks[0].body.stops.axes),
         feet=len(tasks),
+        along=np.array([foot in pedals.along for foot in (list(pedals.at) * 2)[:2]], np.float64),
         floor=int(pedals.floor is not None),
         in_air=FREE_FOOT,
     )
@@ -138,7 +139,9 @@ def _angles(task: Task) -> Floats:
     return np.stack([first, second, twist], axis=-1)
 
 
-def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) -> Ints:
+def first_places(
+    tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats, along: Floats
+) -> Ints:
     """Guess where on the seat's travel the legs are most comfortable, from triangles in a plane.
 
     Parameters
@@ -151,6 +154,9 @@ def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) ->
         (B, G) positions of each seat, forward [m].
     ahead
         (3,) unit direction in which the seat travels.
+    along
+        (F,) 1 for a foot whose pedal moves with the seat, else 0: where the seat stands is all the
+        same to it.
 
     Returns
     -------
@@ -158,8 +164,8 @@ def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) ->
         (B,) indices of positions.
     """
     total = np.zeros(grid.shape)
-    for task in tasks:
-        total += _planar_discomfort(task, lap, grid, ahead)
+    for task, moves in zip(tasks, along, strict=False):
+        total += _planar_discomfort(task, lap, grid * (1.0 - moves), ahead)
     return total.argmin(axis=1)
 
 

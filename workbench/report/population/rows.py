@@ -28,6 +28,7 @@ from workbench.model.study import PeopleDrawn, Study
 from workbench.model.units import plain
 from workbench.report.population.words import (
     certain_shares,
+    dropping_words,
     gain_sentence,
     no_gain_words,
 )
@@ -44,18 +45,33 @@ def population_lines(result: PopulationFound) -> list[str]:
     order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
     count = len(result.served)
     lines = [
-        f"{percent(float(result.single[r]), count):>7}  {plain(result.requirements[r].name)}"
-        f" ({percent(float(result.only[r]), count)} miss only this; without it"
-        f" {percent(float(result.without[r]), count)} fit)"
+        f"{percent(float(result.single[r]), count):>7}  meet “{plain(result.requirements[r].name)}”"
+        f"{_alone(result, r)}"
         for r in order
     ]
-    lines += [gain_sentence(gain, count) for gain in result.gains] or no_gain_words(result)
-    for row in result.shares:
+    if order and not any(_alone(result, r) for r in order):
+        lines.append(dropping_words(result))
+    best_first = sorted(result.gains, key=lambda one: one.joint_before - one.joint_after)
+    lines += [gain_sentence(gain, count) for gain in best_first] or no_gain_words(result)
+    nobody = not result.served.any()
+    for row in result.shares[:1] if nobody else result.shares:  # of nobody in any group
         low, high = (percent_number(value, row.count) for value in (row.low, row.high))
         lines.append(f"{percent(row.share, row.count):>7}  {row.group} ({low} to {high} %)")
     clear = percent(result.shares[0].clear, count)
-    lines.append(f"{clear:>7}  everybody, with no overlap beyond what is allowed")
+    if not nobody:
+        lines.append(f"{clear:>7}  everybody, with no overlap beyond what is allowed")
     return lines
+
+
+def _alone(result: PopulationFound, r: int) -> str:
+    """Who misses one requirement alone and who would fit without it, "" where that lets nobody in."""
+    count = len(result.served)
+    if result.without[r] <= result.shares[0].share + 1e-12:
+        return ""
+    without = f"without it {percent(float(result.without[r]), count)} would fit"
+    only = percent(float(result.only[r]), count)
+    alone = f"{only} miss only this, {without}"
+    return f" ({alone if result.only[r] > 0.0 else f'{without}, in another position'})"
 
 
 def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows:

@@ -43,6 +43,7 @@ from workbench.report.population.words import (
     elsewhere_words,
     gain_sentence,
     lack_words,
+    left_words,
     no_gain_words,
     person_sentence,
     requirement_sentence,
@@ -178,6 +179,7 @@ def _who(
         count = len(result.hardest)
         words = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
         title = f"The {words} hardest cases" if count > 1 else "The hardest case"
+        title = "The tightest case" if result.served.all() else title
         people: list[dict[str, Any]] = []
         for row in result.hardest:
             making.progress(f"drawing pictures: {len(people)} of {count} of the hardest people")
@@ -511,16 +513,23 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     lack = lack_words(result, found.row, found.requirement)
     name = plain(result.requirements[found.requirement].name)
     label = result.people.called(found.row)
-    mark = _lacking(result, found, lack)
+    if result.met[found.row, found.requirement]:
+        spare = left_words(result, found.row, found.requirement)
+        mark = _tightest(result, found, spare)
+        lack = f"is met with {spare}"
+    else:
+        mark = _lacking(result, found, lack)
+        lack = f"is missed by {lack}"
     scene = _scene(found, mark, name, label)
     cameras = four_views(scene, width=_PICTURE, height=_PICTURE)
     view, camera = max(cameras, key=lambda pair: (_length(pair[1], mark), pair[0] == "left"))
-    alt = f"{name}: {lack} lacking, seen {_FROM[view]}"
+    alt = f"“{name}” {lack}, seen {_FROM[view]}"
     index = views.add(replace(_view(scene, mark, alt), look_from=view))
     still = still_picture(scene, camera)
     sight = result.requirements[found.requirement].check in _LOOKED_AT
-    scale = "; the line goes from the eyes toward it" if sight else "; lines are to scale"
-    caption = f"{label}, {name}: {lack} lacking{scale if mark is not None else ''}"
+    scale = "; the line goes from the eyes toward it" if sight else "; the line is to scale"
+    line = mark is not None and mark.to is not None
+    caption = f"{label}: “{name}” {lack}{scale if line else ''}"
     drawn = "" if found is not result.shown[0] else circle_figure(scene, label)
     place = views.place(index, still=still, alt=alt, caption=caption)
     return {"turnable": place, "circles": drawn}
@@ -568,8 +577,8 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
             title=title,
             said=title,
             caption=(
-                f"{label}: {lack} lacking for “{name}” as it is, "
-                f"{left} after {plain(change.gain.words)}"
+                f"{label} misses “{name}” by {lack} as it is, and has {left} after "
+                f"{plain(change.gain.words)}"
             ),
         ),
         views.packing,
@@ -590,28 +599,21 @@ def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None
     check = result.requirements[found.requirement].check
     target = np.array(found.target)
     tip = target if found.tip is None else np.array(found.tip)
+    code = int(result.reason[found.row, found.requirement])
     if check in ("eye_height", "view_over"):
-        code = int(result.reason[found.row, found.requirement])
         high = code >= 0 and result.reasons[code] == TOO_HIGH
         x, y, z = tip.tolist()
         return WebMark((x, y, z), f"{lack} lacking", (x, y, z - short if high else z + short), True)
     way = tip - target
     apart = float(np.linalg.norm(way))
+    if check == "self_contact":
+        return WebMark(found.target, f"{lack} too deep", failing=True)
+    if code >= 0 and result.reasons[code].kind == "deep":
+        limb = result.reasons[code].at
+        return WebMark(found.target, f"the {limb} is {lack} too deep", failing=True)
     if check in ("clearance", "contact") and apart > 0.0:
-        sphere = int(np.argmin(np.linalg.norm(found.placed.centres[0] - tip, axis=1)))
-        room = apart - float(found.placed.body.radius[found.placed.person[0], sphere])
-        x, y, z = (target + way * (max(room, 0.0) / apart)).tolist()
-        asked = next(
-            one.at_least
-            for one in result.study.criteria
-            if one.name == result.requirements[found.requirement].criterion
-        )
-        where = f"{millimetres(abs(room))} {'deep' if room < 0.0 else 'apart'}"
-        words = f"{where}, {lack} too deep"
-        if check == "clearance":
-            words = f"{where}, {1000 * asked:g} asked: {lack} lacking"
-        to = found.target if room > 0.0 else None
-        return WebMark((x, y, z), words, to, failing=True)
+        why = f"{lack} too deep" if check == "contact" else f"{lack} too near"
+        return _gap_mark(result, found, why, failing=True)
     if apart > 0.0 and check in _LOOKED_AT:
         end = xyz(tip - way * min(1.0, _LINE / apart))
         return WebMark(xyz(tip), f"{lack} lacking", end, failing=True)
@@ -619,6 +621,36 @@ def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None
         x, y, z = tip.tolist()
         return WebMark((x, y, z), f"{lack} short", found.target, failing=True)
     return WebMark(found.target, f"{lack} lacking", failing=True)
+
+
+def _tightest(result: PopulationFound, found: Shown, left: str) -> WebMark | None:
+    """What is met with least to spare, at the place where that is so; None where there is nothing to
+    point at."""
+    if found.target is None:
+        return None
+    check = result.requirements[found.requirement].check
+    if check in ("clearance", "contact") and found.tip is not None:
+        return _gap_mark(result, found, left, failing=False)
+    return WebMark(found.tip or found.target, left)
+
+
+def _gap_mark(result: PopulationFound, found: Shown, why: str, *, failing: bool) -> WebMark:
+    """The line from the surface of the body to what is nearest, or the point where it is in that, with
+    the distance, what is asked and what that comes to."""
+    target, tip = np.array(found.target), np.array(found.tip)
+    way = tip - target
+    apart = float(np.linalg.norm(way))
+    sphere = int(np.argmin(np.linalg.norm(found.placed.centres[0] - tip, axis=1)))
+    room = apart - float(found.placed.body.radius[found.placed.person[0], sphere])
+    point = target + way * (max(room, 0.0) / max(apart, 1e-12))
+    requirement = result.requirements[found.requirement]
+    where = f"{millimetres(abs(room))} {'deep' if room < 0.0 else 'apart'}"
+    if requirement.check == "clearance":
+        criteria = result.study.criteria
+        asked = next(one.at_least for one in criteria if one.name == requirement.criterion)
+        where += f", {1000 * asked:g} asked"
+    to = found.target if room > 0.0 else None
+    return WebMark(xyz(point), f"{where}: {why}", to, failing=failing)
 
 
 def _length(camera: Camera, mark: WebMark | None) -> float:

@@ -39,11 +39,13 @@ __all__ = [
     "certainty_percents",
     "certainty_words",
     "chief_reason",
+    "dropping_words",
     "elsewhere_words",
     "first_found",
     "gain_sentence",
     "interval_words",
     "lack_words",
+    "left_words",
     "limiting_words",
     "no_gain_words",
     "person_sentence",
@@ -114,10 +116,13 @@ def _share_sentence(result: PopulationFound) -> str:
         who = f"{percent(everybody.share, count)} of the population fits"
     else:
         who = "Nobody fits"
-    fits = f"{who} ({interval}, {count:,} people){_worst(result)}."
+    stand = result.place.stand
+    steps = stand is not None and stand.steps and len(result.requirements) > 1
+    interval += f", {count:,} people" + (", each from one place to stand for everything" * steps)
+    fits = f"{who} ({interval}){_worst(result)}."
     if everybody.share <= _ALMOST_NOBODY:
         keeps = [] if first_found(result) else [_keeps_words(result)]
-        fits = " ".join([f"{who} ({interval}, {count:,} people).", *keeps, *_mends_words(result)])
+        fits = " ".join([f"{who} ({interval}).", *keeps, *_mends_words(result)])
     return f"{fits}{_undecided(everybody)}{clear_words(result)}"
 
 
@@ -398,11 +403,12 @@ def requirement_sentence(result: PopulationFound) -> str:
     count = len(result.served)
     name = plain(result.requirements[most].name)
     out = percent(1 - float(result.single[most]), count)
-    return f"The requirement missed most often is “{name}”: by {out} of the people. {_dropping(result, most)}"
+    return f"The requirement missed most often is “{name}”: by {out} of the people. {dropping_words(result)}"
 
 
-def _dropping(result: PopulationFound, most: int) -> str:
-    """What would be gained if one requirement were dropped. most: the one that leaves out most."""
+def dropping_words(result: PopulationFound) -> str:
+    """What would be gained if one requirement were dropped."""
+    most = most_missed(result.margin, result.people.weight)
     gain = int(np.argmax(result.without))
     if result.without[gain] <= result.shares[0].share + 1e-12:
         return (
@@ -457,7 +463,9 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     text = f"{_capital(who_words(result, row))}: "
     short = np.flatnonzero(~result.met[row])
     if not len(short):
-        return text + "every requirement is met."
+        tight = result.looked_at(row)
+        name = plain(result.requirements[tight].name)
+        return f"{text}every requirement is met, “{name}” with {left_words(result, row, tight)}."
     worst = result.looked_at(row)
     text += _lacks(result, row, worst, whose) + "."
     if worst == short[np.argmin(result.margin[row, short])]:
@@ -515,6 +523,9 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         return _reach_lacks(lack)
     if requirement.check in ("clearance", "contact"):
         return _clearance_lacks(lack)
+    if requirement.check == "self_contact" and lack.reason.at:
+        one, other = (plain(name) for name in (lack.reason.thing, lack.reason.at))
+        return f"{whose} {one} is {lack.by} too deep in {whose} {other}"
     if lack.reason in (TOO_LOW, TOO_HIGH):
         return f"{whose} eyes are {lack.by} {lack.reason.text.removeprefix('eyes ')} for {name}"
     if requirement.check == "sees":
@@ -532,8 +543,10 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         kept = f": {reason_words(lack.reason)} is in the way" if lack.reason else ""
         return f"{whose} eyes look down {lack.by} less than “{plain(requirement.name)}” asks{kept}"
     if foot := lack.reason.foot:
-        limited = reason_words(replace(lack.reason, foot=""), foot)
-        return f"{whose} {foot} stays {lack.by} short of its pedal, limited by {limited}"
+        limit = replace(lack.reason, foot="")
+        why = f", limited by {reason_words(limit, foot)}"
+        why = plain(limit.clause) if lack.reason.part else why
+        return f"{whose} {foot} stays {lack.by} short of its pedal{why}"
     return f"{name} is missed by {lack.by}{lack.why}"
 
 
@@ -556,7 +569,8 @@ def _reach_lacks(lack: _Lack) -> str:
     if requirement.zone:
         target += f" in zone {requirement.zone}"
     if lack.reason.part:
-        return f"{who} stays {lack.by} short of {target}: {reason_words(lack.reason)} is in the way"
+        why = plain(lack.reason.clause)
+        return f"{who} stays {lack.by} short of {target}{why}"
     by = ""
     if lack.reason:
         by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"
@@ -584,12 +598,15 @@ def _clearance_lacks(lack: _Lack) -> str:
         who = lack.limb or "body"
         part = lack.requirement.target
         why = lack.why
-    return f"{lack.whose} {who} is {lack.by} too close to {plain(part)}{why}"
+    way = "deep in" if lack.requirement.check == "contact" else "close to"
+    return f"{lack.whose} {who} is {lack.by} too {way} {plain(part)}{why}"
 
 
 def reason_words(reason: Reason, limb: str = "") -> str:
     """What limits, as it stands in a sentence: "the length of the arm", "the right elbow
     (flexion)"."""
+    if reason.kind == "deep" and reason.foot:
+        return f"the {reason.foot.removesuffix('foot')}leg in {plain(reason.thing)}"
     if reason.foot:
         return f"the {reason.foot}, {reason_words(replace(reason, foot=''), reason.foot)}"
     if reason.kind == "limb":
@@ -655,6 +672,13 @@ def spare_words(margin: float, unit: Unit, *, of: str = "") -> str:
     if not float(amount.replace(",", "")):
         return "nothing to spare"
     return f"{most}{amount}{unit.words}{of} to spare"
+
+
+def left_words(result: PopulationFound, row: int, index: int) -> str:
+    """What one person has to spare in a requirement that is met: "12 mm to spare"."""
+    one = result.requirements[index]
+    of = " of the limit" if one.check == "reads" else ""
+    return spare_words(float(result.margin[row, index]), one.unit, of=of)
 
 
 def _capital(text: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -173,13 +173,28 @@ def envelope_pictures(
         (name, Markup(compacted(svg)))
         for name, svg in envelope_sections(envelope, environment=environment)
     ]
-    litres = [(part, 1000 * lost) for part, lost in envelope.lost_to.items()]
-    named = [row for row in litres if row[0]][:_PARTS]
+    named, others, by_others = litres_taken(envelope.lost_to)
     return {
         "place": place,
         "main": sections[:2],
         "rest": sections[2:],
         "taken": named,
-        "others": len(litres) - len(named),
-        "by_others": sum(lost for _, lost in litres) - sum(lost for _, lost in named),
+        "others": others,
+        "by_others": by_others,
     }
+
+
+def litres_taken(lost_to: Mapping[str, float]) -> tuple[list[tuple[str, int]], int, int]:
+    """The parts that take most of an envelope, how many others take of it, and how much they do: whole
+    litres that add up to the whole.
+
+    lost_to: by part the volume [m^3] that it takes, "" for what no part is named for, most first.
+    """
+    parts = [part for part in lost_to if part][:_PARTS]
+    taken = np.array([*(lost_to[part] for part in parts), 0.0]) * 1000
+    total = 1000 * sum(lost_to.values())
+    taken[-1] = total - taken.sum()
+    whole = np.floor(taken).astype(np.int64)
+    by_remainder = np.argsort(whole - taken, kind="stable")
+    whole[by_remainder[: round(total) - whole.sum()]] += 1  # the largest remainders go up
+    return list(zip(parts, whole.tolist(), strict=False)), len(lost_to) - len(parts), int(whole[-1])

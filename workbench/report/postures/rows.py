@@ -18,6 +18,7 @@ from workbench.files.results.postures import (
 )
 from workbench.model.body import DIRECTIONS, Body
 from workbench.model.contacts import Contacts
+from workbench.model.criterion import short_words
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, from_matrices
 from workbench.model.posing import angles_of, named_angles
@@ -25,7 +26,7 @@ from workbench.model.reach import DOUBTS
 from workbench.model.result import ControlReach, PersonFound, PosturesFound
 from workbench.report.postures.envelopes import envelope_rows, envelope_tables
 from workbench.report.tables import Table, micro, row_table
-from workbench.report.words import contact_sentence, millimetres, person_words
+from workbench.report.words import contact_sentence, person_words
 
 __all__ = [
     "Held",
@@ -347,12 +348,10 @@ def reach_rows(result: PosturesFound) -> list[ReachRow]:
 
 
 def _sentence(row: ControlReach) -> str:
-    lead = f"{row.person}, zone {row.zone}: the {row.limb}"
+    lead = f"{row.person}, zone {row.zone}: "
     if row.reached:
-        return f"{lead} reaches {row.control}."
-    entered = f", {millimetres(row.overlap)} into it" if row.overlap > 0 else ""
-    by = f", limited by {row.limit.text}"
-    return f"{lead} stays {millimetres(row.miss)} from {row.control}{by}{entered}."
+        return f"{lead}the {row.limb} reaches {row.control}."
+    return f"{lead}{short_words(row.limb, row.control, row.miss, row.overlap, row.limit)}."
 
 
 def doubt_sentence(ends: Sequence[str]) -> str:

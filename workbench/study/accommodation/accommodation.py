@@ -115,7 +115,8 @@ def accommodation(
     chunks = result_chunks(question, bodies, keep=keep, tell=asking, executor=executor)
     found = joined_chunks(chunks)
     met = met_of(found.margin)
-    hardest = hardest_rows(found.margin, people.weight)
+    checks = [one.requirement.check for one in asked]
+    hardest = hardest_rows(found.margin, people.weight, checks=checks)
     gains = tuple(
         gains_of(
             question, study.changes, bodies, found, keep=keep, passes=passes, executor=executor
@@ -340,7 +341,9 @@ def rules_words(place: Workplace, asked: Sequence[Asked]) -> list[str]:
         rules = criterion.rule_set
         if rules is None:
             continue
-        if criterion.check == "score":
+        if criterion.check == "force":
+            told = rules.all_told
+        elif criterion.check == "score":
             told = rules.all_told + assumed_words(criterion, place)
         else:
             mirrors = [place.environment.mirror(name).field for name in criterion.mirrors]

@@ -38,7 +38,7 @@ from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.study import Study
-from workbench.model.surroundings import move_parts, parts_along
+from workbench.model.surroundings import moved_along, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import FEET, HANDS, limbs_there
 from workbench.posture.seating.seating import leftward, seat_planes
@@ -249,7 +249,7 @@ def control_region(
         behind=found.behind,
         solids=_solids(asked.environment),
         placed=place_body(one.body, one.poses),
-        environment=move_parts(environment, question.place.moving_parts, one.shift[0]),
+        environment=moved_along(environment, question.place.moving_parts, one.shift[0]),
         standing=question.place.stand is not None,
     )
 

@@ -1,5 +1,5 @@
-"""The people farthest from being served, posed at what they miss most, and those nearest to missing
-what they see, to be looked at."""
+"""The people farthest from being served, posed at what they miss most, whoever comes nearest to that
+where all are served, and those nearest to missing what they see, to be looked at."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.parts import nearest_pair
 from workbench.study.checks.reach import limbs_asked
-from workbench.study.checks.seat_travel import worse_foot
+from workbench.study.checks.seat_travel import foot_seated, worse_foot
 from workbench.study.checks.table import findings_of
 from workbench.study.checks.view import eyes_of
 from workbench.study.positions import comfortable_situations, in_positions
@@ -38,18 +38,31 @@ __all__ = ["Found", "beheld_people", "found_situations", "hardest_rows", "shown_
 Found = tuple[Ints, list[Situation]]
 """Rows of people, and these people in each case."""
 MOST = 5
+_EVER_SO = ("pedals", "self_contact", "stops")
+"""What is tight in everybody, whatever stands around."""
 
 
-def hardest_rows(margin: Floats, weight: Floats) -> dict[int, int]:
+def hardest_rows(margin: Floats, weight: Floats, *, checks: Sequence[str] = ()) -> dict[int, int]:
     """The rows of at most five people with the most negative margin (P, R), each with the requirement
     to look at: first who misses most of what most people, by weight (P,), miss; then worst first, one a
     worst requirement as far as there are: the same trouble five times says less. Those that remain
-    fill up."""
+    fill up.
+
+    Where nobody misses anything it is whoever comes nearest to it, at what is tightest. checks: of the
+    requirements, so that this is no foot that is on its pedal, nor, where anything else was asked, a
+    fold of the own body."""
     chief = most_missed(margin, weight)
     known = np.nan_to_num(margin, nan=np.inf)
     worst = known.min(axis=1)
     at = known.argmin(axis=1)
     order = [int(row) for row in np.argsort(worst, kind="stable") if worst[row] < -MET]
+    if not order and np.isfinite(known).any():
+        kind = np.array(checks or [""] * margin.shape[1])
+        for some in (_EVER_SO, ("pedals",), ()):
+            left = np.where(np.isin(kind, some), np.inf, known)
+            if np.isfinite(left).any():
+                row, at_most = np.unravel_index(np.argmin(left), left.shape)
+                return {int(row): int(at_most)}
     lead = min(order, key=lambda row: (at[row] != chief, known[row, chief]), default=-1)
     first = {int(at[row]): row for row in reversed(order) if row != lead and at[row] != chief}
     chosen = [lead] * bool(order) + sorted(first.values(), key=order.index)[: MOST - 1]
@@ -147,6 +160,8 @@ def _look(resting: Situation, one: Asked) -> _Look:
     situation = with_hands(resting)
     if check in ("clearance", "contact"):
         return _nearest(situation, one)
+    if check == "self_contact":
+        return _in_oneself(situation, one)
     if check in ("eye_height", "view_over"):
         return _eyes(situation)
     if one.requirement.of_sight:
@@ -154,7 +169,7 @@ def _look(resting: Situation, one: Asked) -> _Look:
         at = None if found is None else found.point
         return _Look(situation.poses, "eyes", at, xyz(eyes_of(situation)[0]), found)
     if check in ("pedals", "preferred_seat"):
-        return _foot(situation)
+        return _foot(situation, worse_foot(situation))
     return _Look(situation.poses)
 
 
@@ -170,6 +185,18 @@ def _nearest(situation: Situation, one: Asked) -> _Look:
     return _Look(situation.poses, segment, xyz(found.point[0, 0]), xyz(placed.centres[0, sphere]))
 
 
+def _in_oneself(situation: Situation, one: Asked) -> _Look:
+    """The two segments of a body that are deepest in one another, or nearest to that: where the surface
+    of the one is that the other meets."""
+    worst = min(
+        findings_of([situation], one.criterion), key=lambda found: found.margin, default=None
+    )
+    if worst is None or worst.point is None:
+        return _Look(situation.poses)
+    segment = situation.body.sphere_segment[worst.sphere]
+    return _Look(situation.poses, situation.body.segment_names[int(segment)], worst.point)
+
+
 def _eyes(situation: Situation) -> _Look:
     """The eyes and the point that they are meant for."""
     if situation.eyes is None or situation.seated is None:
@@ -178,17 +205,14 @@ def _eyes(situation: Situation) -> _Look:
     return _Look(situation.poses, "eyes", point, xyz(situation.seated.eye[0]))
 
 
-def _foot(situation: Situation) -> _Look:
-    """The worse foot and its pedal."""
-    seated = situation.seated
-    aims = situation.work.aims
-    placed = situation.placed
-    if seated is None or aims is None or not seated.miss:
+def _foot(situation: Situation, foot: str) -> _Look:
+    """A foot and its pedal; "" for none."""
+    if not foot:
         return _Look(situation.poses)
-    foot = worse_foot(seated)
-    controls = {control.name: control for control in situation.environment.controls}
-    tip = _tip(placed, limb(situation.body, foot, grip="ball"))
-    return _Look(situation.poses, foot, controls[aims.controls[foot]].at, xyz(tip))
+    name = situation.work.held[foot]
+    (control,) = (one for one in situation.environment.controls if one.name == name)
+    tip = _tip(situation.placed, limb(situation.body, foot, grip="ball"))
+    return _Look(situation.poses, foot, xyz(situation.where([control])[0, 0]), xyz(tip))
 
 
 def _reaching(situation: Situation, one: Asked) -> _Look:
@@ -202,11 +226,14 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
     grip, zone = ("ball", 1) if foot else (one.control.grip, one.requirement.zone)
     tries = []
     names = limbs_asked(place, situation.work, one.control, one.criterion.hand)
-    for name in limbs_there(situation.body, names):
+    names = limbs_there(situation.body, names)
+    if foot_seated(situation, one.control, names):
+        return _foot(with_hands(situation), names[0])
+    for name in names:
         found = reach(
             situation.body,
             situation.taken.poses,
-            [one.control.at],
+            situation.where([one.control]),
             limb=limb(situation.body, name, grip=grip, zone=zone),
             environment=room,
             moving_parts=place.moving_parts,
@@ -216,7 +243,7 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
     _, name, best = min(tries, key=lambda entry: entry[:2])
     body = place_body(situation.body, best.poses)
     tip = _tip(body, limb(situation.body, name, grip=grip, zone=zone))
-    return _Look(best.poses, name, one.control.at, xyz(tip))
+    return _Look(best.poses, name, xyz(best.target[0, 0]), xyz(tip))
 
 
 def _tip(placed: Placed, chain: Limb) -> Floats:

@@ -118,6 +118,8 @@ def bearing_on(
 def _bearing_on(one: Asked, reason: Reason, body: Body) -> tuple[tuple[str, ...], int]:
     """The same of people who sit."""
     check = one.requirement.check
+    if check in ("reach", "pedals") and reason.kind in ("part", "deep", "own", "other"):
+        return (), 1  # what is in the way is in nobody's measures
     if check in ("pedals", "preferred_seat"):
         return BEARING["foot"], 1 if reason == SEAT_FORWARD else -1
     if check == "reach":
@@ -125,7 +127,7 @@ def _bearing_on(one: Asked, reason: Reason, body: Body) -> tuple[tuple[str, ...]
         return BEARING["foot" if by_foot else "hand"], -1
     if check in ("eye_height", "view_over", "over_nose"):
         return BEARING["eyes"], 1 if reason == TOO_HIGH else -1
-    if check in ("stops", "self_contact", "excursion", "score", *OF_SIGHT):
+    if check in ("stops", "self_contact", "excursion", "score", "force", *OF_SIGHT):
         return (), 1
     named = [n for n, name in enumerate(body.segment_names) if reason.thing.startswith(name)]
     segment = body.segments[max(named, key=lambda n: len(body.segment_names[n]))] if named else ""

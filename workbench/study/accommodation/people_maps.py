@@ -18,6 +18,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
+from workbench.model.units import plain
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import HANDS, limbs_there
 from workbench.posture.seating.seating import leftward, middle
@@ -55,7 +56,7 @@ def people_maps(
     do not count for who reaches; all that stands before the eyes does for who sees."""
     for task in tasks:
         points, normals = map_points(question.place, task)
-        tell = passes.begin(MAP, f"who {'sees' if task.sees else 'reaches'} {task.part}")
+        tell = passes.begin(MAP, f"who {'sees' if task.sees else 'reaches'} {plain(task.part)}")
         if task.sees:
             share = _seen_share(question, bodies, task, points, normals, tell, executor)
         else:

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.criterion import short_words
 from workbench.model.environment import Control
 from workbench.model.poses import Poses
 from workbench.model.posing import compose
@@ -403,7 +404,6 @@ def _reach_words(found: Reach, wanted: LimbTarget) -> str:
     """By how much a limb misses its target and why, or what it holds."""
     if found.reached[0, 0]:
         return f"{wanted.limb} on {wanted.control}" if wanted.control else ""
-    overlap = float(found.overlap[0, 0])
-    depth = f", {1e3 * overlap:.0f} mm in an obstacle" if overlap > 0 else ""
+    miss, overlap = float(found.miss[0, 0]), float(found.overlap[0, 0])
     goal = wanted.control or "the target"
-    return f"the {wanted.limb} stays {1e3 * float(found.miss[0, 0]):.0f} mm from {goal}{depth}{found.reason(0, 0).clause}"
+    return short_words(wanted.limb, goal, miss, overlap, found.reason(0, 0))

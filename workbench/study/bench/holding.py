@@ -184,7 +184,7 @@ def troubles(opened: OpenStudy, found: Answer, row: int) -> Trouble:
     if words and seat is not None:
         goes = max(np.ptp(seat.travel_forward), np.ptp(seat.travel_up)) > 0.0
         offer = "predict" if given else "free" if goes and not person.state.free else ""
-    return Trouble(tuple(words), offer)
+    return Trouble(tuple(plain(line) for line in words), offer)
 
 
 def _off_words(role: str, off: tuple[LimbOff, ...]) -> list[str]:
@@ -192,7 +192,7 @@ def _off_words(role: str, off: tuple[LimbOff, ...]) -> list[str]:
     if not off:
         return []
     named = [
-        f"{one.limb} {1e3 * one.distance:.0f} mm from {plain(one.control)} "
+        f"{one.limb} {1e3 * one.distance:.0f} mm from {one.control} "
         f"({1e3 * one.before:.0f} mm as opened)"
         for one in off
     ]

@@ -24,7 +24,7 @@ from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses, exponential, from_matrices, matrices
 from workbench.model.result import Shortfall, Verdict
 from workbench.model.study import GivenPosture
-from workbench.model.surroundings import Surroundings, move_parts
+from workbench.model.surroundings import Surroundings, moved_along
 from workbench.posture.seating.seating import seat_shift
 from workbench.sight.eyes import TURNS, Gaze, eyes_of, gaze, head_of
 from workbench.sight.obscuration import Obscuration, obscuration
@@ -313,7 +313,7 @@ def _surroundings(
             continue
         if shift.any():
             parts = [environment.parts[k] for k in opened.movers[other]]
-            environment = move_parts(environment, parts, shift)
+            environment = moved_along(environment, parts, shift)
     return environment
 
 
@@ -362,7 +362,7 @@ def people_here(opened: OpenStudy, placement: Placement) -> Present:
         found.append(one)
         if person.shift.any():
             parts = [environment.parts[k] for k in opened.movers[row]]
-            environment = move_parts(environment, parts, person.shift)
+            environment = moved_along(environment, parts, person.shift)
     mine = tuple((one.seat_moved(environment),) for one in found)
     return Present(environment, study.roles, mine, ())
 

@@ -4,7 +4,8 @@ The margin of a control that is reached is how much farther out from the shoulde
 be. The margin of one that is missed is what the limb stays short, and how deep obstacles are still
 entered there. Where the case puts one limb on the control, that limb must reach it (`limbs_asked`).
 Else the limb on the side of the control is asked first, the right one of a control in the middle, and
-the other where that one misses.
+the other where that one misses. A foot that the case puts on a pedal has come there when its owner sat
+down: that answers, here as for the criterion of pedals.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.seating import leftward, middle
 from workbench.study.checks.bending import bent_reaches
 from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.seat_travel import ON_PEDAL, foot_on_pedal, foot_seated
 from workbench.study.situation import Remembered, Situation, without_seat
 
 __all__ = [
@@ -53,6 +55,8 @@ __all__ = [
 
 LEAST_MISS = 1e-4
 """What is reached through an obstacle only is missed by this [m] at least."""
+THERE = 1e-3
+"""[m] A limb that is no farther from a control is on it: what lacks is that something is entered."""
 MIDDLE = 1e-3
 """How far [m] from the middle plane of a person a control is on neither side: no rounding, as of a
 cockpit that is turned, decides which hand is asked first."""
@@ -73,12 +77,16 @@ class _Group:
         The limbs that may do it, in the order in which they are asked.
     spare
         [m] how far beyond a control it is asked whether the limb gets there too.
+    seated
+        Whether it is the foot that the case puts there: where its leg came to then, beside what
+        stands around, answers for pedals and for reach alike.
     """
 
     grip: str
     zone: int
     limbs: tuple[str, ...]
     spare: float
+    seated: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,8 +180,10 @@ def _grouped(situation: Situation, asked: Sequence[Asked], spare: float) -> dict
 def _group(
     situation: Situation, control: Control, zone: int, criterion: Criterion, spare: float
 ) -> _Group:
-    names = limbs_asked(situation.place, situation.work, control, criterion.hand)
-    return _Group(control.grip, zone, limbs_there(situation.body, names), spare)
+    names = limbs_there(
+        situation.body, limbs_asked(situation.place, situation.work, control, criterion.hand)
+    )
+    return _Group(control.grip, zone, names, spare, foot_seated(situation, control, names))
 
 
 def limbs_asked(
@@ -215,6 +225,8 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     one is searched for whole: where the other reaches, nobody has to know whether the first would
     after a long search.
     """
+    if group.seated:
+        return _by_seated_foot(situation, group, controls)
     best = _nothing_reached(len(situation), len(controls))
     thorough = situation.remembered is None
     unsure = {}
@@ -239,6 +251,28 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     return best
 
 
+def _by_seated_foot(situation: Situation, group: _Group, controls: Sequence[Control]) -> _Reached:
+    """How people reach a pedal with the foot that their case puts there; how much farther it would
+    go is asked of the leg alone."""
+    (name,) = group.limbs
+    foot = foot_on_pedal(situation, name)
+    free = _reached_with(situation, group, controls, name, alone=True)
+    on = foot.short <= ON_PEDAL
+    limit = [NO_REASON if on[b] else one for b, one in enumerate(foot.limit)]
+
+    asked = np.ones(len(controls))
+    by_person = np.empty((len(limit), 1), dtype=object)
+    by_person[:, 0] = limit
+    return replace(
+        free,
+        margin=np.where(on[:, None], np.maximum(free.margin, 0.0), -np.outer(foot.short, asked)),
+        reached=np.outer(on, asked) > 0.0,
+        miss=np.outer(foot.miss, asked),
+        overlap=np.outer(foot.overlap, asked),
+        limit=np.repeat(by_person, len(controls), axis=1),
+    )
+
+
 def _bends(place: Workplace, grip: str, zone: int) -> bool:
     """Whether a control is reached by bending, and stepping, too: in zone 3 by the hands of who
     stands."""
@@ -258,7 +292,7 @@ def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
         for r in rows if not _bends(situation.place, group.grip, group.zone) else ():
             control = asked[r].control
             assert control is not None
-            at = np.broadcast_to(control.at, (len(situation), 3))
+            at = situation.where([control])[:, 0]
             miss = np.min([one.misses(np.arange(len(at)), at) for one in bounds], axis=0)
             found[miss > 0.0, r] = -miss[miss > 0.0]
     return found
@@ -280,7 +314,8 @@ def _bend(
         return
     some = [controls[k] for k in at.tolist()]
     bent = bent_reaches(situation, name, group.grip, some, who=who, spare=group.spare)
-    way = _root(situation.body, situation.taken.poses, name)[who] - [one.at for one in some]
+    way = _root(situation.body, situation.taken.poses, name)[who]
+    way -= situation.where(some)[who, np.arange(len(some))]
     short = np.maximum(bent.miss + bent.overlap, LEAST_MISS)
     found = _Reached(
         margin=np.where(bent.reached, bent.spare, -short)[:, None],
@@ -361,20 +396,21 @@ def _reached_with(
     *,
     few_starts: bool = False,
     thorough: bool = False,
+    alone: bool = False,
 ) -> _Reached:
     """How people reach controls with one limb; few_starts: as of `Recall`; thorough: as of
-    `reach`."""
+    `reach`; alone: whatever stands around."""
     body = situation.body
-    recall = _recall(situation, controls)
-    targets = np.array([control.at for control in controls])
+    recall = None if alone else _recall(situation, controls)
+    targets = situation.where(controls)
     found = reach(
         body,
         situation.taken.poses,
         targets,
         limb=_limb(body, group, name),
-        environment=_obstacles(situation, group),
+        environment=None if alone else _obstacles(situation, group),
         moving_parts=situation.place.moving_parts,
-        displacement=situation.displacement,
+        displacement=None if alone else situation.displacement,
         max_extension=group.spare,
         recall=replace(recall, few_starts=few_starts) if recall is not None else None,
         thorough=thorough,
@@ -382,7 +418,11 @@ def _reached_with(
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
     limit = np.full(found.reached.shape, NO_REASON, dtype=object)
     for row, target in np.argwhere(~found.reached).tolist():
-        limit[row, target] = found.reason(row, target)
+        why = found.reason(row, target)
+        deep = found.miss[row, target] < min(found.overlap[row, target], THERE)
+        if deep and why.kind in ("part", "own", "other"):
+            why = replace(why, kind="deep", at="leg" if group.grip == "foot" else "arm")
+        limit[row, target] = why
     reached = found.reached
     if _bends(situation.place, group.grip, group.zone):
         falls = _falls(found)
@@ -449,8 +489,8 @@ def margins_again(
     found = np.full((len(situation), len(asked)), np.nan)
     for group, rows in _grouped(situation, asked, 0.0).items():
         controls = tuple(control for r in rows if (control := asked[r].control) is not None)
-        if _bends(situation.place, group.grip, group.zone):
-            if search:
+        if group.seated or _bends(situation.place, group.grip, group.zone):
+            if search or group.seated:
                 found[:, rows] = np.minimum(_reached_by(situation, group, controls).margin, 0.0)
             continue
         some = None if before is None else before[:, rows]
@@ -523,7 +563,7 @@ class _Again:
         return still_reached(
             situation.body,
             situation.taken.poses,
-            np.array([control.at for control in self.controls]),
+            situation.where(self.controls),
             limb=_limb(situation.body, self.group, name),
             kept=kept,
             environment=_obstacles(situation, self.group),
@@ -535,14 +575,14 @@ class _Again:
         """Reaches of some people (P,) for a control (P,) each, in any posture."""
         situation = self.situation
         poses = situation.taken.poses
-        targets = np.array([control.at for control in self.controls])
+        targets = situation.where(self.controls)
         each = Poses(
             poses.rotations[who], poses.reference, poses.world_from_reference[who], person=who
         )
         return reach(
             situation.body,
             each,
-            targets[at][:, None],
+            targets[who, at][:, None],
             limb=_limb(situation.body, self.group, name),
             environment=environment,
             moving_parts=situation.place.moving_parts,
@@ -585,8 +625,10 @@ def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:
 
 def _no_room(situation: Situation, group: _Group, control: Control, arm: Limb, who: Ints) -> Bools:
     """(P,) whether the hand of some people (P,) is proved to have no room at a control."""
-    if not len(who):
-        return np.zeros(0, dtype=np.bool_)
+    if (
+        not len(who) or control.part in situation.place.moving_parts
+    ):  # it is elsewhere with the seat
+        return np.zeros(len(who), dtype=np.bool_)
     return hands_without_room(
         situation.body[who],
         arm.rows(who),

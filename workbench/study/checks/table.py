@@ -25,6 +25,7 @@ from workbench.posture.reaching.limbs import HANDS
 from workbench.study.checks import (
     between_people,
     excursion,
+    force,
     injury,
     joint_stops,
     parts,
@@ -68,7 +69,9 @@ IN_POSTURE = 1
 """The cost of what is asked of the whole posture, with the hands on their controls."""
 REACHING = 2
 """The cost of what searches for postures."""
-_SAME_EVERYWHERE = ("preferred_seat", "pillar", "forward_field")
+_SAME_EVERYWHERE = ("preferred_seat", "pillar", "forward_field", "force")
+"""Checks by which nobody chooses a position. Strength changes little with it: people sit where they
+see and reach, and push there."""
 _OF_POSTURE = ("self_contact", "stops", "score")
 """Checks that ask for nothing but the posture."""
 Answer = TypeVar("Answer")
@@ -134,7 +137,13 @@ CHECKS = {
         check: Check(IN_POSTURE, sight_rules.margins, sight_rules.findings, most=sight_rules.most)
         for check in OF_RULES
     },
-    "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
+    "pedals": Check(
+        IN_POSTURE,
+        seat_travel.pedal_margins,
+        seat_travel.pedal_findings,
+        spheres=seat_travel.spheres_asked,
+        most=seat_travel.most,
+    ),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
     "clearance": Check(
         IN_POSTURE,
@@ -179,6 +188,7 @@ CHECKS = {
         excursion.bounds,
     ),
     "score": Check(IN_POSTURE, score.margins, score.findings, score.moments),
+    "force": Check(IN_POSTURE, force.margins, force.findings),
     "reach": Check(REACHING, reach.margins, most=reach.most, never=reach.never_reached),
     "injury": Check(IN_POSTURE, moments=injury.moments),
 }
@@ -230,9 +240,9 @@ def _posed(
 
 
 def same_everywhere(place: Workplace, one: Asked) -> bool:
-    """Whether the margin of a requirement is the same in every position: that of a seat, or of a
-    point of the environment from which is looked; of somebody who stands, that of a posture which
-    is carried along, and of what is stepped to."""
+    """Whether the margin of a requirement counts as the same in every position: that of a seat, or
+    of a point of the environment from which is looked; of somebody who stands, that of a posture
+    which is carried along, and of what is stepped to; and a force."""
     check = one.requirement.check
     if check in _OF_POSTURE:
         return place.carried(one.case)

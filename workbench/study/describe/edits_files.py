@@ -22,13 +22,13 @@ from workbench.files.meshes.parts import RawMesh
 from workbench.files.meshes.reading import FORMATS, SMALLEST_OF_SEVERAL, implausible, read_mesh
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
+from workbench.files.surface_planes import fitted_plane
 from workbench.files.yaml_changes import Key
 from workbench.model.arrays import Floats
 from workbench.study.describe.edits_parts import with_pieces_named
 from workbench.study.describe.edits_seats import with_picked, with_seat_figures
 from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.piece_names import named_pieces
-from workbench.study.describe.planes import fitted_plane
 from workbench.study.describe.state import (
     FLOOR,
     Description,

@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.names import good_name
+from workbench.files.seat_doubts import SEAT_PART
 from workbench.files.yaml_changes import Key
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.state import (
@@ -40,8 +41,6 @@ ALLOWED = {
     "back": (("LT", "CT", "UT", "LSM", "RSM"), 0.035),
 }
 """Who may enter the parts of a seat how deep [m], as in the trainer; assumed."""
-SEAT_PART = 1.5
-"""A part that is larger [m] does not move with a seat."""
 
 
 def faced(

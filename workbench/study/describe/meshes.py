@@ -27,11 +27,11 @@ from workbench.files.meshes.reading import (
     implausible,
     read_mesh,
 )
+from workbench.files.seat_figures import SeatFigures
+from workbench.files.surface_planes import Surface, grown_faces, outline
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Doubt
-from workbench.study.describe.planes import Surface, grown_faces, outline
-from workbench.study.describe.seats import SeatFigures
 
 __all__ = ["MOST_FACES", "Hit", "Meshes", "Ray", "Standing"]
 
@@ -113,7 +113,7 @@ class Standing:
         """Which parts touch one another."""
 
         def triangles(part: int) -> Floats:
-            return self.corners(np.flatnonzero(self.part == part))
+            return self.part_corners(self.names[part])
 
         return Touching(PartMeshes(self.names, self.boxes, triangles))
 
@@ -137,6 +137,10 @@ class Standing:
     def corners(self, faces: Ints) -> Floats:
         """(N, 3, 3) [m] of some faces."""
         return self.vertices[self.faces[faces]]
+
+    def part_corners(self, part: str) -> Floats:
+        """(N, 3, 3) [m] the faces of a part."""
+        return self.corners(np.flatnonzero(self.part == self.names.index(part)))
 
     def hit(self, ray: Ray) -> Hit:
         """Find the face that a ray meets, the one nearest to where the picture was met: a picture

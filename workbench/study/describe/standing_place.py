@@ -10,17 +10,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
 from workbench.body.forward import place
 from workbench.contact.collide import room
+from workbench.geometry.ground import Ground, ground_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Placed, Poses
 from workbench.sight.rays import first_hits
 from workbench.study.describe.people import standing_man
+from workbench.study.feet_on_floor import BROAD
 
 __all__ = ["MAY_STEP", "Standing", "standing_places"]
 
@@ -41,6 +43,8 @@ SHOULDER = 1.35
 """Height [m] of the shoulders above the floor, about."""
 SHORT_OF = 0.04
 """A free way ends so far [m] before a control: there its own part begins."""
+AT_WORK = 1.0
+"""Height [m] of controls over a floor that nobody has described, about: that of elbows."""
 STEP = 0.15
 """A floor higher [m] than the lowest one about the controls is furniture."""
 ABOUT = 0.06
@@ -120,20 +124,23 @@ def _groups(controls: Sequence[Control]) -> list[list[Control]]:
 def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
     """Where somebody stands at a group of controls."""
     at = np.array([one.at for one in controls])
-    spots = _spots(environment, at.mean(axis=0))
+    bare = min(float(environment.bounds[0, 2]), float(at[:, 2].mean()) - AT_WORK)
+    spots = _spots(environment, at.mean(axis=0), bare)
     spots = _nearest_clear(spots)
     costs = [_cost(environment, spots, row, controls) for row in range(len(spots.yaw))]
     best = int(np.argmin(costs))
     clear = bool(spots.room[best] >= CLEAR)
     yaw = float(spots.yaw[best])
     x, y, z = _on_floor(environment, spots.on[best], yaw)
+    below = np.isfinite(_floor(environment, np.array([[x, y, z]]), -math.inf)[0])
+    where = "on the floor below, facing them" if below else f"facing them; {_no_floor(z)}"
     away = float(np.hypot(*(at.mean(axis=0) - spots.on[best])[:2]))
     return Standing(
         (x, y, z),
         yaw,
         tuple(controls),
         clear,
-        f"{1000 * away:.0f} mm before the middle of the controls, on the floor below, facing them"
+        f"{1000 * away:.0f} mm before the middle of the controls, {where}"
         + ("" if clear else "; no place was found there that touches nothing"),
         _area(environment, np.array([x, y, z]), yaw) if clear else {},
     )
@@ -175,8 +182,16 @@ def _free_steps(
     return float(STRIDE * np.cumprod(level & clear).sum())
 
 
-def _spots(environment: Environment, centre: Floats) -> _Spots:
-    """Places about a point (3,), on the floor there."""
+def _no_floor(height: float) -> str:
+    """That nothing to stand on is there, and what was taken for it [m]."""
+    return (
+        f"the floor is taken at {1e3 * height:.0f} mm, since no part {1e3 * BROAD:.0f} mm broad faces "
+        "up there: where it is otherwise, the third figure of 'on' says so"
+    )
+
+
+def _spots(environment: Environment, centre: Floats, bare: float) -> _Spots:
+    """Places about a point (3,), on the floor there, at a height `bare` [m] where there is none."""
     yaw, away = (
         axis.ravel()
         for axis in np.meshgrid(
@@ -184,21 +199,32 @@ def _spots(environment: Environment, centre: Floats) -> _Spots:
         )
     )
     on = centre - away[:, None] * np.stack([np.cos(yaw), np.sin(yaw), np.zeros(len(yaw))], axis=1)
-    floor = _floor(environment, on)
+    floor = _floor(environment, on, bare)
     on[:, 2] = floor
     level = floor <= floor.min() + STEP
     on, yaw = on[level], yaw[level]
     return _Spots(on, yaw, _room(environment, on, yaw))
 
 
-def _floor(environment: Environment, on: Floats) -> Floats:
-    """(M,) [m] the height of what is below places (M, 3); the lowest of the environment where
-    nothing is."""
-    lowest = float(environment.bounds[0, 2])
-    down = np.tile([0.0, 0.0, -1.0], (len(on), 1))
-    length = float(max(np.max(on[:, 2]) - lowest + 0.1, 0.1))
-    hits = first_hits(environment, on, down, length=length, among=~environment.hidden)
-    return np.where(np.isfinite(hits.distance), on[:, 2] - hits.distance, lowest)
+@lru_cache(maxsize=4)
+def _floors(environment: Environment) -> Ground:
+    """The surfaces of an environment that may be a floor: of parts so broad that nobody takes them for
+    a board or a seat."""
+    ground = ground_of(environment)
+    wide = [row for row in np.unique(ground.part).tolist() if ground.breadth(row) > BROAD]
+    some = np.isin(ground.part, wide)
+    return Ground(ground.corners[some], ground.part[some], ground.names, ground.one_sided[some])
+
+
+def _floor(environment: Environment, on: Floats, bare: float) -> Floats:
+    """(M,) [m] the height of the floor below places (M, 3); `bare` where nothing is."""
+    found = np.full(len(on), bare)
+    for row, place_there in enumerate(on):
+        heights, _ = _floors(environment).levels(place_there[:2])
+        below = heights[heights <= place_there[2] + EVEN]
+        if len(below):
+            found[row] = below[-1]
+    return found
 
 
 def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, float, float]:
@@ -207,7 +233,7 @@ def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, 
     left = np.array([-ahead[1], ahead[0], 0.0])
     spots = np.array([on + forth * ahead + aside * left for forth, aside in SOLES])
     spots[:, 2] += STEP
-    z = max(float(_floor(environment, spots).max()), float(on[2]))
+    z = max(float(_floor(environment, spots, float(on[2])).max()), float(on[2]))
     at = np.array([[on[0], on[1], z]])
     # soles stand on what they are in by little: over a ledge before the toes by more than their depth
     for _ in range(LIFTS):
@@ -281,7 +307,7 @@ def _anywhere(environment: Environment) -> Standing:
     steps = [np.linspace(low[k] - 0.5, high[k] + 0.5, 9) for k in (0, 1)]
     x, y = (axis.ravel() for axis in np.meshgrid(*steps, indexing="ij"))
     on = np.stack([x, y, np.full(len(x), low[2] + 0.4)], axis=1)
-    on[:, 2] = _floor(environment, on)
+    on[:, 2] = _floor(environment, on, float(low[2]))
     yaw = np.zeros(len(on))
     spots = _Spots(on, yaw, _room(environment, on, yaw))
     clear = np.flatnonzero(spots.room >= CLEAR)
@@ -292,6 +318,8 @@ def _anywhere(environment: Environment) -> Standing:
     why = "as near to the middle as a standing man is clear: no seat and no control is described"
     if not len(clear):
         why = "where least is touched: no seat and no control is described, and no place is clear"
+    if not len(_floors(environment).corners):
+        why = f"{why}; {_no_floor(c)}"
     return Standing((a, b, c), 0.0, (), bool(len(clear)), why)
 
 

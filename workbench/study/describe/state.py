@@ -22,6 +22,7 @@ from workbench.files.meshes.reading import outsized_words, read_mesh
 from workbench.files.meshes.taken_frame import taken_frame
 from workbench.files.schema import metres_in, validate
 from workbench.files.seat_doubts import another_seats, floor_doubts, rest_doubts
+from workbench.files.seat_figures import SeatFigures, seat_figures
 from workbench.files.study.saving import StudyText, read_text
 from workbench.files.yaml_changes import Key
 from workbench.files.yaml_text import Document, parse_yaml
@@ -29,7 +30,6 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Doubt, Rest, Seat, open_doubts
 from workbench.study.describe.meshes import Hit, Meshes, Standing
 from workbench.study.describe.piece_names import named_pieces
-from workbench.study.describe.seats import SeatFigures, seat_figures
 
 __all__ = [
     "FITTED",
@@ -355,10 +355,14 @@ def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFi
     picks = description.picks[seat]
     stands = standing_of(opened, description)
     if picks not in stands.figures:
-        cushion = stands.corners(opened.meshes.grown(picks.faces("cushion")))
-        back = stands.corners(opened.meshes.grown(picks.faces("back")))
+        regions = [opened.meshes.grown(picks.faces(surface)) for surface in SURFACES]
+        cushion, back = (stands.corners(region) for region in regions)
+        lap, lean = (
+            stands.corners(np.flatnonzero(np.isin(stands.part, stands.part[region])))
+            for region in regions
+        )
         places = [spot_place(opened, description, spot) for spot in picks.cushion]
-        figures = seat_figures(cushion, back, np.array(places))
+        figures = seat_figures(cushion, back, np.array(places), cushion_part=lap, back_part=lean)
         fitted = fitted_seat(seat, figures)
         another = another_seats(fitted, back)
         if another:

@@ -99,6 +99,16 @@ class Surface:
         bend = np.abs(np.einsum("ij,ij->i", one, other))
         return self.edges[bend >= np.cos(BEND)]
 
+    @cached_property
+    def _regions(self) -> dict[int, Ints]:
+        return {}
+
+    def region(self, face: int) -> Ints:
+        """Find the faces of the surface that a face is of. InputError as of `grown_faces`."""
+        if face not in self._regions:
+            self._regions[face] = grown_faces(self, [face])
+        return self._regions[face]
+
 
 @dataclass(frozen=True, eq=False)
 class PlaneFit:

@@ -5,6 +5,9 @@ cushion, or where it crosses the place that was pointed at, of a bench for sever
 cushion. Angles are those of the planes in the upright plane of that direction: of the cushion above
 the level, front edge up; of the back from the vertical, aft. These are the definitions of
 `workbench.model.environment.Seat`, whose planes are level across the seat.
+
+The middle of a surface is that of the strip of its part which lies near its plane: which faces grew
+depends on how the mesh is cut into triangles, and the strip does not.
 """
 
 from __future__ import annotations
@@ -16,10 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.surface_planes import PlaneFit, fitted_plane
+from workbench.geometry.clipping import clip_triangles
 from workbench.model.arrays import Floats
-from workbench.study.describe.planes import PlaneFit, fitted_plane
 
-__all__ = ["SeatFigures", "seat_figures"]
+__all__ = ["BENCH", "Across", "SeatFigures", "seat_figures", "strip"]
 
 PARALLEL = math.radians(20.0)
 """Planes at a smaller angle [rad] to each other meet nowhere in particular."""
@@ -40,6 +44,32 @@ BENCH = 0.75
 """A cushion that is wider [m] is a bench for several: the seat is where it was pointed at."""
 AWAY = 0.4
 """A seat reference point that is farther [m] from what was picked of the cushion is odd."""
+STRIP = 0.02
+"""A part is of a surface as far as it lies within this distance [m] of the plane: as deep as the middle
+of a curved cushion, and less than a bolster is high."""
+STRIP_LONG = (0.2, 0.8)
+"""From where to where along a surface, as shares of its length, its sides are sought: away from its
+corners, and from where a cushion meets the back."""
+TOUCHING = 0.001
+"""Pieces of a part that are nearer [m] to each other across the seat are of one surface."""
+
+
+@dataclass(frozen=True)
+class Across:
+    """From where to where [m] across a seat something lies; left of its middle is positive."""
+
+    right: float
+    left: float
+
+    @property
+    def middle(self) -> float:
+        """Halfway between its sides."""
+        return 0.5 * (self.right + self.left)
+
+    @property
+    def wide(self) -> float:
+        """From side to side."""
+        return self.left - self.right
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +84,8 @@ class SeatFigures:
         [rad] as of `workbench.model.environment.Seat`.
     cushion, back
         The planes.
+    cushion_sides, back_sides
+        How they lie across the seat, from its reference point.
     across
         Where across the cushion the seat reference point is, in words.
     doubts
@@ -66,11 +98,20 @@ class SeatFigures:
     yaw: float
     cushion: PlaneFit
     back: PlaneFit
+    cushion_sides: Across
+    back_sides: Across
     across: str
     doubts: tuple[str, ...]
 
 
-def seat_figures(cushion: Floats, back: Floats, picked: Floats) -> SeatFigures:
+def seat_figures(
+    cushion: Floats,
+    back: Floats,
+    picked: Floats,
+    *,
+    cushion_part: Floats | None = None,
+    back_part: Floats | None = None,
+) -> SeatFigures:
     """Compute the figures of a seat.
 
     Parameters
@@ -79,6 +120,8 @@ def seat_figures(cushion: Floats, back: Floats, picked: Floats) -> SeatFigures:
         (T, 3, 3) [m] faces of each in the world, z up.
     picked
         (N, 3) [m] where the cushion was pointed at: across a bench the seat is in their middle.
+    cushion_part, back_part
+        (T, 3, 3) [m] all faces of the part of each; no more than its own if None.
 
     Raises
     ------
@@ -109,20 +152,79 @@ def seat_figures(cushion: Floats, back: Floats, picked: Floats) -> SeatFigures:
     cushion_angle = _half_turn(cushion_angle)
     back_angle = _half_turn(math.atan2(float(lean.normal[2]), float(lean.normal @ ahead)))
     _check_angles(cushion_angle, back_angle)
-    across = (cushion @ aside).reshape(-1)
-    wide = float(np.ptp(across))
-    middle = 0.5 * (across.min() + across.max()) * aside
-    if wide > BENCH:
-        middle = float((picked @ aside).mean()) * aside
+    along = math.cos(cushion_angle) * ahead + math.sin(cushion_angle) * above
+    sides = _sides(
+        cushion if cushion_part is None else cushion_part, cushion, lap.centre, along, aside
+    )
+    along = math.cos(back_angle) * above - math.sin(back_angle) * ahead
+    back_sides = _sides(back if back_part is None else back_part, back, lean.centre, along, aside)
+    bench = sides.wide > BENCH
+    across = float((picked @ aside).mean()) if bench else sides.middle
+    middle = across * aside
     planes = np.array([[n @ ahead, n @ above] for n in (lap.normal, lean.normal)])
     offsets = [plane.normal @ (plane.centre - middle) for plane in (lap, lean)]
-    along, up = np.linalg.solve(planes, offsets)
-    srp = middle + along * ahead + up * above
+    forward, up = np.linalg.solve(planes, offsets)
+    srp = middle + forward * ahead + up * above
     away = float(np.linalg.norm(cushion.reshape(-1, 3) - srp, axis=1).min())
     extents = {"cushion": float(np.ptp(cushion @ ahead)), "back": float(np.ptp(back @ above))}
-    doubts = _bench_doubt(wide) + _size_doubts(extents) + _doubts(lap, lean, turned, away)
-    words = "where it was clicked" if wide > BENCH else "in the middle of the cushion"
-    return SeatFigures(srp, cushion_angle, back_angle, yaw, lap, lean, words, doubts)
+    doubts = _bench_doubt(sides.wide) + _size_doubts(extents) + _doubts(lap, lean, turned, away)
+    words = "where it was clicked" if bench else "in the middle of the cushion"
+    lap_sides, lean_sides = (
+        Across(one.right - across, one.left - across) for one in (sides, back_sides)
+    )
+    angles = (cushion_angle, back_angle, yaw)
+    return SeatFigures(srp, *angles, lap, lean, lap_sides, lean_sides, words, doubts)
+
+
+def _sides(part: Floats, surface: Floats, centre: Floats, along: Floats, aside: Floats) -> Across:
+    """From where to where [m] across a seat a part lies near the plane of a surface of it, side by side
+    with the surface.
+
+    part, surface: (T, 3, 3) [m] faces. centre: (3,) of the plane. along, aside: (3,) unit vectors in it.
+    """
+    axes = np.stack([along, aside, np.cross(along, aside)], axis=1)
+    own = (surface - centre) @ axes
+    low, high = own[..., 0].min(), own[..., 0].max()
+    spans = [float(low + share * (high - low)) for share in STRIP_LONG]
+    places = strip((part - centre) @ axes, STRIP, (spans[0], spans[1]))[..., 1]
+    at = float(centre @ aside)
+    right, left = own[..., 1].min(), own[..., 1].max()
+    # pieces that touch are joined, from right to left; the row that has most of the surface counts
+    order = np.argsort(places.min(axis=1))
+    starts = places.min(axis=1)[order]
+    reach = np.maximum.accumulate(places.max(axis=1)[order])
+    gaps = np.flatnonzero(starts[1:] > reach[:-1] + TOUCHING)
+    starts = starts[np.append(0, gaps + 1)]
+    ends = reach[np.append(gaps, len(reach) - 1)]
+    row = int(np.argmax(np.minimum(ends, left) - np.maximum(starts, right)))
+    return Across(at + float(starts[row]), at + float(ends[row]))
+
+
+def strip(own: Floats, within: float, along: tuple[float, float]) -> Floats:
+    """Cut out what of faces is near a plane.
+
+    Parameters
+    ----------
+    own
+        (T, 3, 3) [m] faces by axes of the plane: along it, across it, before it.
+    within
+        How far [m] from the plane at most.
+    along
+        From where to where [m] along it.
+
+    Returns
+    -------
+    Floats
+        (K, 3, 3) pieces of the faces.
+    """
+    for axis, most in (
+        ((0, 0, 1), within),
+        ((0, 0, -1), within),
+        ((1, 0, 0), along[1]),
+        ((-1, 0, 0), -along[0]),
+    ):
+        own = clip_triangles(own, np.array(axis), most)[0]
+    return own
 
 
 def _heading(line: Floats, lap: PlaneFit, lean: PlaneFit) -> tuple[float, float]:
