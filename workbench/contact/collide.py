@@ -82,7 +82,7 @@ def by_person(function: Callable[P, T]) -> Callable[P, T]:
             own = [some.get(id(value), value) for value in args]
             named = {name: some.get(id(value), value) for name, value in options.items()}
             answers.append((rows, function(*own, **named)))
-        return _together(answers, placed)  # type: ignore[no-any-return]
+        return _together(answers, placed)
 
     return call
 

@@ -443,7 +443,7 @@ def import_mujoco() -> ModuleType:
         raise MissingPartError(
             "simulated crashes need MuJoCo: pip install 'bubbleman-workbench[dynamics]' (stored motions do without it)"
         ) from None
-    return mujoco  # type: ignore[no-any-return]
+    return mujoco
 
 
 def joint_springs(simulation: Simulation, loads: CompositeBody) -> tuple[Floats, Floats]:
