@@ -30,8 +30,7 @@ from workbench.study.bench.edits_people import SizeWanted, dressed, sized
 from workbench.study.bench.edits_postures import freed, posed, predicted, suggested
 from workbench.study.bench.history import TOGETHER, Entry, History
 from workbench.study.bench.placing import placed_people
-from workbench.study.bench.said import said
-from workbench.study.bench.saving import save
+from workbench.study.bench.saving import said, save
 from workbench.study.bench.state import (
     Arrangement,
     arranged_study,

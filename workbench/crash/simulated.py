@@ -37,7 +37,7 @@ from workbench.model.simulation import (
     level_at,
 )
 from workbench.posture.kernels.past_stops import StopPack, past_stops
-from workbench.posture.packed_stops import packed_stops
+from workbench.posture.stops import packed_stops
 
 __all__ = [
     "STOP_SOFTNESS",
@@ -579,7 +579,7 @@ def stop_moments(pack: StopPack, rotations: Floats, rates: Floats, moment: Float
     Parameters
     ----------
     pack
-        Joint stops of the body, see `posture.packed_stops`.
+        Joint stops of the body, see `posture.stops`.
     rotations
         (J, 4) joint rotations, unit quaternions.
     rates

@@ -35,13 +35,12 @@ from workbench.draw.films.motion_clips import (
     evenly_spaced_times,
 )
 from workbench.draw.films.strip import strip_image, strip_svg
-from workbench.draw.ground_plan import ground_level, ground_plan
+from workbench.draw.ground_plan import ground_level, ground_plan, mirror_plan
 from workbench.draw.hidden import cut_off_words, seen_through
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
 from workbench.draw.lines.outline import outline
 from workbench.draw.marks.annotations import marks_for_scene
-from workbench.draw.mirror_plan import mirror_plan
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import FAMILIES, Scene
 from workbench.draw.section_planes import apply_section

@@ -23,8 +23,7 @@ from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
 from workbench.live.desk import busy_frame, fault_frame, kept_file, new_file, words_of
-from workbench.live.protocol import Question, packed
-from workbench.live.replies import Replies
+from workbench.live.protocol import Question, Replies, packed
 from workbench.model.arrays import Ints
 from workbench.model.units import plain
 from workbench.study.bench.history import Entry, History

@@ -27,8 +27,7 @@ from workbench.live.frames import (
     waiting_frame,
 )
 from workbench.live.looking import looking_verbs
-from workbench.live.protocol import VERBS, Question, packed
-from workbench.live.replies import Made, Replies, Work
+from workbench.live.protocol import VERBS, Made, Question, Replies, Work, packed
 from workbench.live.verbs import EDITS
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import looking_at

@@ -27,8 +27,7 @@ from workbench.live.filming import FPS, Film, FilmView
 from workbench.live.following import Following
 from workbench.live.frames import move_row, part_shifts
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
-from workbench.live.protocol import Question, packed
-from workbench.live.replies import Made, Replies, Work
+from workbench.live.protocol import Made, Question, Replies, Work, packed
 from workbench.model.arrays import Bools, Floats
 from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment

@@ -37,10 +37,10 @@ from workbench.posture.balance import (
 )
 from workbench.posture.kernels.past_stops import StopPack
 from workbench.posture.kernels.standing import NUMBERS, STEPS, Stander, Standing, solve_standing
-from workbench.posture.packed_stops import packed_stops
 from workbench.posture.reaching.chains import on_grid
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import HANDS, limb
+from workbench.posture.stops import packed_stops
 from workbench.threads import in_pieces
 
 __all__ = ["BALANCE_MARGIN", "STANDS_AT", "StandingPosture", "standing_posture"]

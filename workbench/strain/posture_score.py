@@ -9,8 +9,8 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.criterion import Work
 from workbench.model.rule_set import RuleSet
-from workbench.model.work import Work
 from workbench.strain.working_angles import WorkingAngles
 
 __all__ = [
