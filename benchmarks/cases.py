@@ -25,7 +25,8 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed, Poses, multiply
+from workbench.model.poses import Placed, Poses
+from workbench.model.quaternions import multiply
 from workbench.model.study import Study
 from workbench.study.people import present_people
 

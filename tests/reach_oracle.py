@@ -32,8 +32,7 @@ def clear_ways(body, arm, pose, target, environment, *, draws, keep, seed, gap=1
         angles = np.repeat(start[None], min(draws, 20000), axis=0)
         angles[:, free] = rng.uniform(low, high, (len(angles), len(free), 3))
         off = np.linalg.norm(_tips(body, arm, pose, angles) - target, axis=1)
-        legal = _margin(body, arm, pose, angles) >= 0
-        best = np.flatnonzero(legal)[np.argsort(off[legal])[:keep]]
+        best = _nearest_legal(body, arm, pose, angles, off, keep)
         near.append(angles[best])
         gaps.append(off[best])
     angles = np.concatenate(near)[np.argsort(np.concatenate(gaps))[:keep]]
@@ -45,6 +44,18 @@ def clear_ways(body, arm, pose, target, environment, *, draws, keep, seed, gap=1
     met = met.rows(arm.solid[0, met.sphere] & (met.excess > 0))
     clear = np.setdiff1d(np.arange(len(poses)), met.pose)
     return poses.rotations[clear]
+
+
+def _nearest_legal(body, arm, pose, angles, off, keep):
+    """Rows (keep,) of the legal postures that are nearest by off (n,), nearest first: the stops of
+    the others are not asked for."""
+    order = np.argsort(off)
+    found = np.zeros(0, dtype=np.int64)
+    while len(found) < keep and len(order):
+        some = order[: 2 * keep]
+        order = order[2 * keep :]
+        found = np.concatenate([found, some[_margin(body, arm, pose, angles[some]) >= 0]])
+    return found[:keep]
 
 
 def _poses(body, pose, angles):

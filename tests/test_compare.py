@@ -184,6 +184,10 @@ def test_what_was_changed_between_two_designs_is_told(before, after):
     assert "place of part left_stick" in by_name and "place of control left_stick" in by_name
     clear = [one for one in criteria if one.check == "clearance"]
     assert len(found.changes) == 3 + len(clear)
+    name, least = clear[0].name, 1000 * clear[0].at_least
+    assert by_name[f"criterion “{name}”"] == (  # what changed, and nothing that did not
+        f"criterion “{name}”: at least {least - 10:g} mm → at least {least:g} mm"
+    )
     assert compare(before, before).changes == ()
 
 

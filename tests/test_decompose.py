@@ -8,9 +8,10 @@ import trimesh
 
 from tests.conftest import SHARED, needs_real_input
 from workbench import Bones, InputError, UsageError, decompose, fit_segments, sealed
-from workbench.body.fitting.candidates import even_samples, random_samples
+from workbench.body.fitting.candidates import Limits, even_samples, inner_balls, random_samples
 from workbench.body.fitting.fit_quality import exposed_points, fit_quality
 from workbench.body.fitting.polish import union_field
+from workbench.body.fitting.regions import Regions
 from workbench.body.kernels.scanlines import shared_volume
 from workbench.body.kernels.setcover import greedy_cover, prune_cover
 from workbench.files.meshes.reading import read_mesh
@@ -177,6 +178,25 @@ def test_the_same_seed_gives_the_same_spheres_and_another_others(torus):
     )
     assert np.array_equal(one.centre, same.centre) and np.array_equal(one.radius, same.radius)
     assert one.centre.shape != other.centre.shape or not np.allclose(one.centre, other.centre)
+
+
+def test_the_last_digits_of_a_surface_move_no_centre_that_spheres_are_chosen_from(torus):
+    noise = 1e-16 * np.random.default_rng(3).standard_normal(torus.vertices.shape)
+    limits = Limits(0.003, 0.1, 0.004, 0.004)
+    one, other = (
+        inner_balls(
+            surface,
+            random_samples(surface, 500, seed=1),
+            limits,
+            slack=np.zeros(500),
+            bits=np.ones(500, dtype=np.int64),
+            regions=Regions(),
+        )
+        for surface in (torus, sealed(torus.vertices + noise, torus.faces))
+    )
+    # but for a few at the border of two whole nanometres
+    assert np.mean(one.centre == other.centre) > 0.99
+    assert np.mean(one.depth == other.depth) > 0.99
 
 
 def test_a_joint_sphere_stands_exactly_where_asked(capsule):

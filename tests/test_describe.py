@@ -106,6 +106,16 @@ def test_a_seat_of_boxes_gives_the_figures_it_was_made_to(cushion, back, yaw):
     assert found.doubts == ()
 
 
+def test_a_cushion_of_slats_above_and_below_their_plane_has_its_middle_between_them():
+    """Two slats of 100 mm are 40 mm above their plane, the one of 200 mm between is as far below."""
+    square = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]])
+    rows = ((0.1, 0.1, 0.04), (0.2, 0.2, -0.04), (0.4, 0.1, 0.04))
+    slats = [square * [0.4, wide, 0] + [0, y, z] for y, wide, z in rows]
+    back = square[..., [2, 1, 0]] * [0, 0.4, 0.5] + [0, 0.1, 0]
+    found = seat_figures(np.concatenate(slats), back, np.zeros((1, 3)))
+    assert np.allclose(found.srp, [0.0, 0.3, 0.0], atol=1e-9)
+
+
 def test_on_a_bench_the_seat_is_where_it_was_clicked():
     bench = np.array(
         [[[0, -1, 0], [0.5, -1, 0], [0.5, 1, 0]], [[0, -1, 0], [0.5, 1, 0], [0, 1, 0]]]

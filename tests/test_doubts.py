@@ -71,7 +71,12 @@ def trainer(folder: Path, old: str, new: str) -> Path:
         (
             HEEL,
             "left_heel: [786, 280, -52]",
-            "point 'left_heel', where the heels stand, is 52 mm under the nearest surface, 'floor'",
+            "point 'left_heel', where the heels stand, is 52 mm under the surface there, 'floor'",
+        ),
+        (
+            HEEL,
+            "left_heel: [786, 280, 350]",
+            "point 'left_heel', where the heels stand, is 350 mm above the surface there, 'floor'",
         ),
         (
             HEEL,

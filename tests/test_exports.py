@@ -20,7 +20,7 @@ from workbench import InputError, UsageError
 from workbench.body.surface import body_solid
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes
-from workbench.model.poses import exponential, from_matrices, multiply, rotate, slerp
+from workbench.model.quaternions import exponential, from_matrices, multiply, rotate, slerp
 
 WARM = (0.8, 0.6, 0.4)
 

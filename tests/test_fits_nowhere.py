@@ -38,28 +38,32 @@ def every_position(seat, step=STEP) -> np.ndarray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def where_fits(crowd: Crowd, row: int, comfortable, place, step=STEP) -> np.ndarray:
-    """(M, 2) the positions in which a person meets everything that depends on the position, the
-    cheap questions first. comfortable: of this person alone; place: the workplace as it is set."""
-    question = crowd.question
+def where_fits(crowd: Crowd, row: int, comfortable, place, step=STEP, margins=None) -> np.ndarray:
+    """(M, 2) the positions in which a person meets everything that depends on the position.
+    comfortable: of this person alone; place: the workplace as it is set. The cheap questions come
+    first, and of those as dear the ones that the person missed by most, by margins (R,): what
+    hardly a position meets leaves few for what follows."""
+    asked = renewed(place, crowd.question.asked)
+    if margins is None:
+        margins = np.zeros(len(asked))
+    order = sorted(range(len(asked)), key=lambda r: (cost_of(asked[r]), margins[r]))
     left = every_position(crowd.seat, step)
-    for cost in sorted({check.cost for check in CHECKS.values()}):
-        asked = [
-            one
-            for one in renewed(place, question.asked)
-            if CHECKS[one.requirement.check].cost == cost and not same_everywhere(place, one)
-        ]
+    for one in (asked[r] for r in order if not same_everywhere(place, asked[r])):
         met = []
-        for first in range(0, len(left) if asked else 0, BATCH):
+        for first in range(0, len(left), BATCH):
             some = left[first : first + BATCH]
             rows = np.full(len(some), row)
             wanted = [situation.rows(np.zeros_like(rows)) for situation in comfortable]
             who = crowd.occupants(crowd.bodies[rows], rows)
             there = in_positions(place, who, some, wanted)
-            met.append(~(margins_of(there, asked).margin < -MET).any(axis=1))
+            met.append(~(margins_of(there, [one]).margin < -MET).any(axis=1))
         if met:
             left = left[np.concatenate(met)]
     return left
+
+
+def cost_of(one) -> int:
+    return CHECKS[one.requirement.check].cost
 
 
 def alone(situations, row: int):
@@ -86,7 +90,11 @@ def test_nobody_fits_in_a_dense_lattice_who_is_said_to_fit_nowhere(study, people
     refuted = {
         int(row): positions[0]
         for row in nowhere
-        if len(positions := where_fits(crowd, int(row), alone(comfortable, row), place))
+        if len(
+            positions := where_fits(
+                crowd, int(row), alone(comfortable, row), place, margins=found.tried.margin[row]
+            )
+        )
     }
     assert len(refuted) <= MOST_REFUTED * len(nowhere), refuted
 
@@ -125,7 +133,8 @@ def test_nobody_fits_at_a_finer_grid_of_settings_who_is_said_to_fit_at_none():
         fits = ~(margins_of(wanted, anywhere).margin < -MET).any(axis=1)
         for k in np.flatnonzero(fits).tolist():
             one = alone(wanted, k)
-            positions = where_fits(crowd, int(left[k]), one, place, COARSE_STEP)
+            tried = found.tried.margin[left[k]]
+            positions = where_fits(crowd, int(left[k]), one, place, COARSE_STEP, tried)
             if len(positions):
                 refuted[int(left[k])] = (setting.tolist(), positions[0].tolist())
     assert len(refuted) <= MOST_REFUTED * len(nowhere), refuted

@@ -52,6 +52,22 @@ def test_a_file_in_a_smaller_unit_than_its_own_is_told_with_the_right_one(tmp_pa
     assert f"it would be among them if its unit were {right} (length: {right})" in found
 
 
+@pytest.mark.parametrize(("right", "taken"), [("cm", "mm"), ("m", "cm"), ("ft", "in")])
+def test_of_two_files_the_one_whose_named_parts_have_wrong_sizes_is_told_alone(
+    tmp_path, right, taken
+):
+    """A seat of 0.9 m is 90, 9 or 75 mm large as it is taken; the panel of 1.2 m is right."""
+    seat = {"driver_seat": corners((0.0, -0.25, 0.2), (0.5, 0.25, 1.1))}
+    (tmp_path / "cab.obj").write_text(obj_text(CAB | seat, right))
+    (tmp_path / "panel.obj").write_text(obj_text(PANEL, "m"))
+    rows = [f"{{file: {name}.obj, length: {unit}, up: z, forward: x}}" for name, unit in (("cab", taken), ("panel", "m"))]  # fmt: skip
+    text = f"environment: cab\nlength: mm\nmeshes: [{', '.join(rows)}]\n"
+    (tmp_path / "environment.yaml").write_text(text)
+    told = [line for line in load_environment(tmp_path).warnings if "[frame of" in line]
+    sizes = [line for line in load_environment(tmp_path).warnings if "[sizes in cab.obj]" in line]
+    assert told == [] and f"m in {right}" in sizes[0]
+
+
 @pytest.mark.parametrize(("up", "forward"), [("y", "x"), ("y", "z")])
 def test_a_file_with_another_axis_up_is_told_with_that_axis(tmp_path, up, forward):
     text = obj_text(PANEL, up=up, forward=forward)

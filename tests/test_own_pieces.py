@@ -308,6 +308,11 @@ def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
         "is that its 'part'? [part of control propeller]"
     ]
     assert depths(environment) == {}
+    assert any(
+        "control 'free' is in free air: the nearest part, 'MixCap', is 886 mm away, at (440, -20, 230)"
+        in words
+        for words in environment.warnings
+    )
     assert environment.assumed[0].startswith(
         "controls 'propeller' (0 mm from 'PropCap'), 'free' (886 mm from 'MixCap'): no part is named"
     )

@@ -13,7 +13,7 @@ from tests.conftest import box_part, environment_of
 from workbench import limb, reach
 from workbench.files.meshes.parts import RawPart
 from workbench.model.environment import Allowance
-from workbench.model.poses import matrices
+from workbench.model.quaternions import matrices
 from workbench.model.reach import DOUBTS
 
 LEGS = {"LH": {"flexion": 80}, "RH": {"flexion": 80}, "LK": {"flexion": 70}, "RK": {"flexion": 70}}

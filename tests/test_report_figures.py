@@ -70,11 +70,22 @@ def test_no_figure_of_a_criterion_that_fails_reads_like_its_limit(check, limit, 
     assert said == pytest.approx(abs(limit - by), abs=0.051) and said != abs(limit)
 
 
+@given(st.floats(1, 300), st.floats(2e-6, 0.2))
+def test_what_is_measured_asked_and_lacking_agree_as_they_are_printed(limit, by):
+    verdict = failed("clearance", limit - by, limit)
+    figures = NUMBER.findall(verdict_sentence(verdict))
+    measured, lacking, asked = map(float, figures)
+    step = 10.0 ** -min(len(figure.split(".")[1]) for figure in figures)
+    assert measured < asked and asked - measured == pytest.approx(lacking, abs=1.01 * step)
+    row = verdict_row(verdict)
+    assert asked_words(row) == f"at least {figures[2]}\u00a0mm"
+
+
 def test_what_is_a_hair_beyond_its_limit_is_told_finely_and_all_else_to_a_tenth():
     row = verdict_row(failed("contact", -30.04, -30.0))
     assert (measured_words(row), asked_words(row)) == (
         "30.04\u00a0mm deep",
-        "at most 30.0\u00a0mm deep",
+        "at most 30.00\u00a0mm deep",
     )
     assert spare_words(row) == "0.04\u00a0mm"
     assert "0.0001 degrees past its stop" in verdict_sentence(failed("stops", -6e-5, 0, "rad"))

@@ -104,7 +104,7 @@ def test_nearest_legal_rotations_are_legal_and_legal_ones_stay(bubbleman, seed):
 def arm_margin(body, direction):
     """Polygon margin with the right arm's long axis along a direction in the upper torso's
     frame."""
-    from workbench.model.poses import shortest
+    from workbench.model.quaternions import shortest
 
     q = np.tile([1.0, 0, 0, 0], (1, len(body.joints), 1))
     toward = np.asarray(direction, dtype=float) / np.linalg.norm(direction)

@@ -446,7 +446,7 @@ def test_solids_whose_common_walls_are_cut_and_rounded_each_in_its_way_are_one_b
     assert environment.solid[0] and not environment.tangled
     points = size * np.random.default_rng(seed).uniform(0, 1, (10, 3))
     found = distances(environment, points @ rotation.T + [3, -2, 1])[:, 0]
-    digits = 3e-6 if decimals is None else 4 * 10.0**-decimals
+    digits = 4e-6 if decimals is None else 8 * 10.0**-decimals
     assert found == pytest.approx(block_distance(points, size), abs=digits)
 
 

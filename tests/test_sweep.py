@@ -21,7 +21,7 @@ from workbench.contact.moving import centres_at, frames_of, jumps, pack_motion, 
 from workbench.files.meshes.parts import RawPart
 from workbench.model.blend import enclosing_spheres
 from workbench.model.environment import Allowance
-from workbench.model.poses import from_matrices, matrices
+from workbench.model.quaternions import from_matrices, matrices
 
 EXACT = 2e-6
 

@@ -13,7 +13,8 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point, distal, twist_shared
 from workbench.model.body import Body, Topology, logical_window, walk
 from workbench.model.kept import kept_with_body
-from workbench.model.poses import Placed, Poses, check_joints, check_rows, matrices, people_of
+from workbench.model.poses import Placed, Poses, check_joints, check_rows, people_of
+from workbench.model.quaternions import matrices
 from workbench.threads import in_pieces
 
 __all__ = ["packed_chain", "packed_skin", "place", "rereference", "segment_frames", "update"]

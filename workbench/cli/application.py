@@ -222,7 +222,8 @@ def check(*files: Path) -> int:
         except InputError as error:
             faults += error.problems
         else:
-            emit(f"{path}: ok")
+            count = len(found.warnings)
+            emit(f"{path}: ok" + (f", {count} warning{'s' * (count > 1)}" if count else ""))
     if faults:
         raise InputError(faults)
     return 0

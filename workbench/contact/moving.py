@@ -15,7 +15,8 @@ from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point, twist_shared
 from workbench.model.body import Body, check_one, logical_window
-from workbench.model.poses import Placed, Poses, check_joints, from_matrices, matrices
+from workbench.model.poses import Placed, Poses, check_joints
+from workbench.model.quaternions import from_matrices, matrices
 
 __all__ = ["Mover", "centres_at", "check_times", "frames_of", "jumps", "pack_motion", "ways"]
 

@@ -155,9 +155,8 @@ def contact_forces(memory: ContactMemory, placed: Placed) -> list[ContactForce]:
     memory.open = {}
     forces = []
     for pair in (*_part_pairs(memory, placed), *_segment_pairs(memory, placed)):
-        spheres = pair.spheres
         contact = before.get(pair.key) or _OpenContact(
-            0.0, _mean_normal(spheres.normal, np.maximum(spheres.depth, 1e-9))
+            0.0, _mean_normal(pair.spheres.normal, np.maximum(pair.spheres.depth, 1e-9))
         )
         memory.open[pair.key] = contact
         force = _pair_force(pair, contact, memory.offset(pair.key))

@@ -27,7 +27,8 @@ from workbench.crash.masses import (
 from workbench.errors import InputError, MissingPartError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.poses import Placed, Poses, conjugate, from_matrices, matrices, multiply
+from workbench.model.poses import Placed, Poses
+from workbench.model.quaternions import conjugate, from_matrices, matrices, multiply
 from workbench.model.simulation import (
     STANDARD_GRAVITY,
     Belt,

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.draw.closed_hands import closed_hands
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
@@ -28,6 +29,7 @@ __all__ = [
     "hexadecimal",
     "ramp",
     "shown_corners",
+    "window_spheres",
 ]
 
 Colour = tuple[int, int, int]
@@ -93,6 +95,8 @@ class SceneBody:
     pose: int = 0
     colour: str = "warm"
     """A key of `colours.FAMILIES`."""
+    holds: Environment | None = None
+    """The surroundings, whole, whose controls the hands hold; None: hands are as the body has them."""
 
     def __post_init__(self) -> None:
         if not -len(self.placed.centres) <= self.pose < len(self.placed.centres):
@@ -158,7 +162,7 @@ class Scene:
         """The spheres of all bodies in turn, without those outside a body's logical window."""
         columns = [Spheres(np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64))]
         for index, shown in enumerate(self.bodies):
-            centre, radius = _window_spheres(shown)
+            centre, radius, _ = window_spheres(shown)
             columns.append(Spheres(centre, radius, np.full(len(centre), index, dtype=np.int64)))
         return Spheres(*(np.concatenate(column) for column in zip(*columns, strict=True)))
 
@@ -176,17 +180,31 @@ class Scene:
         return np.array([low.min(axis=0), high.max(axis=0)])
 
 
-def _window_spheres(shown: SceneBody) -> tuple[Floats, Floats]:
-    """Return centres (S, 3) and radii (S,) [m] of the spheres in a body's logical window."""
+def window_spheres(shown: SceneBody) -> tuple[Floats, Floats, Ints]:
+    """Return centres (S, 3) and radii (S,) [m] of the spheres in a body's logical window, of hands
+    at controls as they hold them, which come last; and their segments (S,)."""
     placed = shown.placed
     body = placed.body
-    inside = placed.window[body.sphere_segment]
+    hands = closed_hands(placed, shown.pose, shown.holds)
+    window = placed.window.copy()
+    window[[hand.segment for hand in hands]] = False
+    inside = window[body.sphere_segment]
     centre = placed.centres[shown.pose][inside]
     if not np.all(np.isfinite(centre)):
         raise InputError(
             f"scene: body {body.name}, pose {shown.pose}: sphere centres must be finite"
         )
-    return centre, body.radius[placed.person[shown.pose], inside]
+    radius = body.radius[placed.person[shown.pose], inside]
+    return (
+        np.concatenate([centre, *(hand.centre for hand in hands)]),
+        np.concatenate([radius, *(hand.radius for hand in hands)]),
+        np.concatenate(
+            [
+                body.sphere_segment[inside],
+                *(np.full(len(hand.radius), hand.segment) for hand in hands),
+            ]
+        ),
+    )
 
 
 def shown_corners(environment: Environment | None) -> Floats:

@@ -32,8 +32,9 @@ from workbench.files.study.reader import load_study
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.person import Person
-from workbench.model.poses import Placed, Poses, matrices
+from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses, pose
+from workbench.model.quaternions import matrices
 from workbench.model.result import Result
 from workbench.model.study import Study
 from workbench.model.surroundings import adjusted
@@ -179,7 +180,12 @@ def _result_source(result: Result, case: str | None) -> Source:
             "without 'case'" + ("" if shown else ", and everybody fits")
         )
     return Source(
-        Scene((SceneBody(shown[0].placed),), shown[0].environment, (), result.study.title)
+        Scene(
+            (SceneBody(shown[0].placed, holds=shown[0].environment),),
+            shown[0].environment,
+            (),
+            result.study.title,
+        )
     )
 
 

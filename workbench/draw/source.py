@@ -73,7 +73,12 @@ def people_source(
 ) -> Source:
     """Return what is to be drawn of people who are in postures, a pose a case."""
     bodies = tuple(
-        SceneBody(place(person.body, person.poses), 0, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
+        SceneBody(
+            place(person.body, person.poses),
+            0,
+            PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)],
+            environment,
+        )
         for i, person in enumerate(persons)
     )
     description = ", ".join(cases) if len(cases) < 9 else ""

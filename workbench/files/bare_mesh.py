@@ -107,6 +107,7 @@ def read_bare(
     meshes: list[PlacedMesh] = []
     notes: list[str] = []
     problems: list[str] = []
+    doubted: list[str] = []
     for raw, frame, (path, move) in zip(raws, frames, placed, strict=True):
         own = to_world(raw, frame.rotation, metres=frame.metres, move=np.array(move))
         meshes.append(PlacedMesh(path.name, own, frame.metres, frame.rotation, np.array(move)))
@@ -117,13 +118,14 @@ def read_bare(
         ]
         lead = "" if alone else f"{path.name}: "
         sizes = implausible_sizes(own, frame.metres, file=path.stem)
+        doubted += [path.name] if sizes else []
         said = filter(None, (outsized_words(raw.parts), *sizes, *raw.notes))
         notes += [f"{lead}{note}" for note in said]
         told = raw.metres if length is None else frame.metres
         smallest = SMALLEST if alone else SMALLEST_OF_SEVERAL
         wrong = implausible(float(extent(raw.parts).max()), told, smallest=smallest)
         problems += [f"{lead}{wrong}"] if wrong else []
-    notes += [doubt.words for doubt in frame_doubts(meshes)]
+    notes += [doubt.words for doubt in frame_doubts(meshes, doubted=doubted)]
     names = unique_names((part.name for part in parts), "part")
     named = [replace(part, name=name) for part, name in zip(parts, names, strict=True)]
     title = " and ".join(path.stem for path, _ in placed)

@@ -41,6 +41,8 @@ _CONTROL_AWAY = 0.06
 centre may lie beside the part that it closes about."""
 _ON = 0.01
 """A control as near [m] as this to a part is on it: it was put there by a click or by its figures."""
+_FREE = 0.3
+"""What is farther [m] from every part is on nothing that hands use."""
 _CUSHION = (0.2, 1.0)
 """Least and greatest depth [m] of what is sat on, its smaller extent from above: of a child's seat,
 of a lounge with its back."""
@@ -259,6 +261,15 @@ def _controls_on_nothing(environment: Environment) -> Iterator[Doubt]:
                 f"part of control {control.name}",
                 f"control {control.name!r} names no part and is at {near.name!r}, which nobody may "
                 f"enter to use it: is that its 'part'?",
+            )
+            continue
+        near = near_part(environment, control.at, shown)
+        if near is not None and near.gap > _FREE:
+            yield Doubt(
+                f"place of control {control.name}",
+                f"control {control.name!r} is in free air: the nearest part, {near.name!r}, is "
+                f"{1e3 * near.gap:.0f} mm away, at {near.place}: a wrong unit of length, or a wrong "
+                f"place?",
             )
 
 

@@ -221,6 +221,7 @@ def _meshes(
     parts: list[RawPart] = []
     notes: list[str] = []
     doubts: list[Doubt] = []
+    doubted: list[str] = []
     faults: list[str] = []
     meshes: list[PlacedMesh] = []
     for row, mesh in enumerate(file.meshes):
@@ -237,11 +238,12 @@ def _meshes(
         parts += stands.parts
         notes += [f"{mesh.file}: {note}" for note in said]
         doubts += odd
+        doubted += [mesh.file] if odd else []
     if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
         faults.append(fail(document, ("meshes",), wrong))
     if faults:
         raise InputError(faults)
-    return parts, notes, [*doubts, *frame_doubts(meshes)]
+    return parts, notes, [*doubts, *frame_doubts(meshes, doubted=doubted)]
 
 
 def _twice(file: EnvironmentFile, row: int, name: str) -> str:

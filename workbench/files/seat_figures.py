@@ -189,6 +189,8 @@ def _sides(part: Floats, surface: Floats, centre: Floats, along: Floats, aside: 
     places = strip((part - centre) @ axes, STRIP, (spans[0], spans[1]))[..., 1]
     at = float(centre @ aside)
     right, left = own[..., 1].min(), own[..., 1].max()
+    if not len(places):  # faces on both sides of their plane
+        places = own[..., 1]
     # pieces that touch are joined, from right to left; the row that has most of the surface counts
     order = np.argsort(places.min(axis=1))
     starts = places.min(axis=1)[order]

@@ -12,14 +12,12 @@ from numpy.typing import ArrayLike
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.poses import (
-    Poses,
-    check_joints,
+from workbench.model.poses import Poses, check_joints, rotation_fault
+from workbench.model.quaternions import (
     exponential,
     from_matrices,
     matrices,
     multiply,
-    rotation_fault,
     slerp,
     swing_twist,
 )

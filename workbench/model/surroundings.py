@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats, Ints, frozen, xyz
 from workbench.model.environment import Adjustment, Environment, Instrument, Mirror, Seat
-from workbench.model.poses import exponential, matrices
 from workbench.model.posing import attitude_matrix
+from workbench.model.quaternions import exponential, matrices
 
 __all__ = [
     "Move",

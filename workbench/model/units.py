@@ -129,8 +129,8 @@ FINEST = 6
 def tenths(value: float, limit: float = 0.0) -> str:
     """Write a number with one decimal, or with as many as tell it from its limit.
 
-    "12.4"; "30.04" beside a limit of 30, "65.84" beside one of 65.86; "0.0001" beside a limit of 0 of 0.00006; "0.0" of what is no
-    farther than 1e-6 from it; never "-0.0".
+    "12.4"; "30.04" beside a limit of 30, "65.84" beside one of 65.86; "0.0001" beside a limit of 0 of
+    0.00006; "0.0" of what is no farther than 1e-6 from it; never "-0.0".
     """
     for places in range(1, FINEST + 1):
         text = f"{value:.{places}f}"

@@ -24,7 +24,8 @@ import numpy as np
 from workbench.body.forward import segment_frames
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
-from workbench.model.poses import Poses, exponential, matrices, multiply, people_of
+from workbench.model.poses import Poses, people_of
+from workbench.model.quaternions import exponential, matrices, multiply
 from workbench.model.stops import StopKind, Stops
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between

@@ -121,7 +121,7 @@ def asked_words(verdict: VerdictRow) -> str:
     worst = verdict.worst
     if worst is None:
         return "–"
-    limit = _figure(abs(worst.limit), worst, 0.0)
+    limit = _figure(abs(worst.limit), worst, abs(worst.value))
     if verdict.check in _OVERLAPS:
         return f"at most {limit} deep" if worst.limit < 0 else "no overlap"
     if verdict.check == "seated":
@@ -132,7 +132,7 @@ def asked_words(verdict: VerdictRow) -> str:
         if worst.limit < 0:
             return f"at most {limit} past the stop"
         return f"at least {limit} from the stop" if worst.limit > 0 else "not past the stop"
-    return f"{'at most' if verdict.check in _AT_MOST else 'at least'} {_figure(worst.limit, worst, 0.0)}"
+    return f"{'at most' if verdict.check in _AT_MOST else 'at least'} {_figure(worst.limit, worst, worst.value)}"
 
 
 def none_measured_words(verdict: VerdictRow) -> str:

@@ -107,13 +107,15 @@ def _stop_words(finding: Finding) -> str:
     return f"{finding.subject} is {where}{_against(finding, degrees)}"
 
 
-def _against(finding: Finding, figure: Callable[[float], str]) -> str:
+def _against(finding: Finding, figure: Callable[[float, float], str]) -> str:
     """What is asked for or allowed: ", 6.1 mm more than the 50.0 mm asked for", " (30.0 mm allowed)"; ""
     of a limit of 0."""
     if finding.limit <= 0:
-        return f" ({figure(-finding.limit)} allowed)" if finding.limit else ""
+        allowed = figure(-finding.limit, -finding.value)
+        return f" ({allowed} allowed)" if finding.limit else ""
     way = "more" if finding.margin >= 0 else "less"
-    return f", {figure(abs(finding.margin))} {way} than the {figure(finding.limit)} asked for"
+    asked = figure(finding.limit, finding.value)
+    return f", {figure(abs(finding.margin), 0.0)} {way} than the {asked} asked for"
 
 
 def _seated_words(finding: Finding) -> str:

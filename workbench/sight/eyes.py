@@ -13,7 +13,8 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints, for_rows, freeze_fields
 from workbench.model.body import Body
 from workbench.model.kept import kept_with_topology
-from workbench.model.poses import Placed, exponential, rotate
+from workbench.model.poses import Placed
+from workbench.model.quaternions import exponential, rotate
 
 __all__ = [
     "PIVOT_BEHIND",

@@ -26,7 +26,8 @@ from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import ArrayKind, Bools, Floats, for_rows, freeze_fields
-from workbench.model.poses import Placed, cross
+from workbench.model.poses import Placed
+from workbench.model.quaternions import cross
 from workbench.model.rule_set import RuleSet
 from workbench.strain.working_angles import check_segments, joint_points
 

@@ -26,7 +26,8 @@ from scipy.special import ndtr, ndtri
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
 from workbench.model.arrays import Bools, Floats, Ints, for_rows
-from workbench.model.poses import Placed, cross
+from workbench.model.poses import Placed
+from workbench.model.quaternions import cross
 from workbench.model.rule_set import RuleSet
 from workbench.strain.arm_strength import given_directions
 from workbench.strain.working_angles import check_segments, joint_points

@@ -27,7 +27,8 @@ from workbench.errors import InputError
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Floats, Ints, for_rows, frozen
 from workbench.model.body import Body
-from workbench.model.poses import Placed, cross
+from workbench.model.poses import Placed
+from workbench.model.quaternions import cross
 from workbench.model.simulation import STANDARD_GRAVITY
 from workbench.posture.balance import bearing, hull_margins
 from workbench.strain.working_angles import check_segments

@@ -119,10 +119,11 @@ def _travel_off(situation: Situation, seated: Seated) -> Shortfall | None:
     beyond = forward - float(np.clip(forward, *seat.travel_forward))
     if abs(beyond) < PEDALS_OFF:
         return None
+    reached = all(float(miss[0]) <= REPORTED for miss in seated.miss.values())
     return _shortfall(
         situation,
         "seat",
-        f"the pedals are {_pedals_off(beyond)} for the legs",
+        f"{'the feet reach, but ' * reached}the pedals are {_pedals_off(beyond)} for the legs",
         size=abs(beyond),
         why=f"the seat would have to go {_farther(beyond)} than its travel",
     )

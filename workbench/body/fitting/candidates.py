@@ -153,7 +153,9 @@ def inner_balls(
         if not away.any():
             break
         centre[away] = point[away] + _RETREAT * (centre[away] - point[away])
-    return Candidates(centre, -surface.distance(centre), bits)
+    # whole nanometres: the greedy choice among them must not hang on the last digits
+    centre = np.round(centre, 9)
+    return Candidates(centre, np.round(-surface.distance(centre), 9), bits)
 
 
 def joined_candidates(parts: list[Candidates]) -> Candidates:

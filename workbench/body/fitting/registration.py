@@ -30,8 +30,9 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import ShapeBasis
 from workbench.model.body import Body
-from workbench.model.poses import Poses, exponential, matrices
+from workbench.model.poses import Poses
 from workbench.model.posing import compose
+from workbench.model.quaternions import exponential, matrices
 
 __all__ = ["Registration", "register"]
 

@@ -14,8 +14,8 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import distal
 from workbench.model.body import Body
-from workbench.model.poses import rotate
 from workbench.model.posing import pose
+from workbench.model.quaternions import rotate
 
 __all__ = ["ON_A_SEAT", "POSTURES", "Rig", "Shape", "rig_of"]
 

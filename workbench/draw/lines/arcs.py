@@ -24,7 +24,7 @@ from workbench.draw.lines.silhouettes import (
     perspective_rims,
     silhouette_arcs,
 )
-from workbench.draw.scene import Scene, Spheres
+from workbench.draw.scene import Scene, Spheres, window_spheres
 from workbench.draw.sphere_raster import project_disks
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats, Ints
@@ -353,7 +353,6 @@ def _scene_segments(scene: Scene) -> tuple[Ints, Bools]:
     joined = np.zeros((first[-1], first[-1]), dtype=np.bool_)
     numbers = [np.empty(0, dtype=np.int64)]
     for shown, low, high in zip(scene.bodies, first[:-1], first[1:], strict=True):
-        segment = shown.placed.body.sphere_segment
-        numbers.append(low + segment[shown.placed.window[segment]])
+        numbers.append(low + window_spheres(shown)[2])
         joined[low:high, low:high] = shown.placed.body.adjacent
     return np.concatenate(numbers), joined

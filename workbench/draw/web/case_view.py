@@ -44,6 +44,7 @@ def case_view(
             PEOPLE_COLOURS[k % len(PEOPLE_COLOURS)],
             frames=slice(case, case + 1),
             failing=_failing(result, person, case),
+            environment=result.environment,
         )
         for k, person in enumerate(result.people)
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from workbench.draw.closed_hands import closed_hands
 from workbench.draw.scene import Colour, Mark, Scene, SceneBody
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
@@ -152,6 +153,7 @@ def body_view(
     failing: Sequence[int] = (),
     ghost: bool = False,
     touching: Sequence[tuple[int, float, float]] = (),
+    environment: Environment | None = None,
 ) -> WebBody:
     """Return a placed body as it is shown, without the segments outside its logical window.
 
@@ -169,21 +171,39 @@ def body_view(
         Whether it is shown faint.
     touching
         Indices of spheres that are shown in red for a while, and from when to when [s].
+    environment
+        Whose controls hands hold where there is one frame. A hand has another number of spheres then;
+        it is red as a whole where one of its own is failing.
     """
     body = placed.body
-    inside = placed.window[body.sphere_segment]
-    number = np.cumsum(inside) - 1
     rows = np.arange(len(placed))[frames]
+    hands = closed_hands(placed, int(rows[0]), environment) if len(rows) == 1 else ()
+    window = placed.window.copy()
+    window[[hand.segment for hand in hands]] = False
+    inside = window[body.sphere_segment]
+    number = np.cumsum(inside) - 1
     kept = np.flatnonzero(inside)
+    segments = [np.full(len(hand.radius), hand.segment) for hand in hands]
+    segment = np.concatenate([body.sphere_segment[inside], *segments])
+    red = set(body.sphere_segment[list(failing)].tolist()) & {hand.segment for hand in hands}
     return WebBody(
         name,
         PEOPLE[colour],
-        body.radius[placed.person[rows[0]], inside],
-        placed.centres[rows][:, inside],
-        body.sphere_segment[inside],
+        np.concatenate(
+            [body.radius[placed.person[rows[0]], inside], *(hand.radius for hand in hands)]
+        ),
+        np.concatenate(
+            [placed.centres[rows][:, inside], *(hand.centre[None] for hand in hands)], axis=1
+        ),
+        segment,
         body.segment_names,
-        tuple(body.sphere_names[int(sphere)] for sphere in kept),
-        tuple(sorted({int(number[sphere]) for sphere in failing if inside[sphere]})),
+        (*(body.sphere_names[int(sphere)] for sphere in kept), *[""] * (len(segment) - len(kept))),
+        tuple(
+            sorted(
+                {int(number[sphere]) for sphere in failing if inside[sphere]}
+                | set(np.flatnonzero(np.isin(segment, list(red))).tolist())
+            )
+        ),
         ghost,
         tuple((int(number[s]), start, end) for s, start, end in touching if inside[s]),
     )
@@ -217,4 +237,5 @@ def scene_view(scene: Scene, names: Sequence[str] = ()) -> WebView:
 
 def _one(shown: SceneBody, name: str) -> WebBody:
     pose = shown.pose % len(shown.placed)
-    return body_view(shown.placed, name, shown.colour, frames=slice(pose, pose + 1))
+    here = slice(pose, pose + 1)
+    return body_view(shown.placed, name, shown.colour, frames=here, environment=shown.holds)

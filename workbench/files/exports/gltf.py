@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed, from_matrices
+from workbench.model.poses import Placed
+from workbench.model.quaternions import from_matrices
 
 __all__ = ["Figure", "glb_bytes"]
 

@@ -6,7 +6,7 @@ Nothing of it is sure. What is said gives what was seen, and the key that would 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,15 +71,19 @@ class PlacedMesh:
         return ("-" if own[k] < 0.0 else "") + _SIGNS[k]
 
 
-def frame_doubts(meshes: Sequence[PlacedMesh]) -> Iterator[Doubt]:
+def frame_doubts(meshes: Sequence[PlacedMesh], *, doubted: Container[str] = ()) -> Iterator[Doubt]:
     """Return what is odd about how mesh files stand.
 
     Parameters
     ----------
     meshes
         All that stand together.
+    doubted
+        Files whose unit the sizes of their own parts speak against: no other file is held against
+        these.
     """
     yield from _names_say(meshes)
+    meshes = [one for one in meshes if one.file not in doubted]
     if len(meshes) < 2:
         return
     points = [surface_points(one.parts) for one in meshes]

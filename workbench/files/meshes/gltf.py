@@ -30,7 +30,7 @@ from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh, RawPart, check_faces, placed_part
 from workbench.files.opening import read_whole
 from workbench.model.arrays import Floats, Ints
-from workbench.model.poses import matrices
+from workbench.model.quaternions import matrices
 
 __all__ = ["read_glb", "read_gltf"]
 

@@ -22,7 +22,8 @@ from workbench.files.motions.number_rows import (
 from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.motion import Bones
-from workbench.model.poses import Placed, Poses, exponential, matrices, multiply
+from workbench.model.poses import Placed, Poses
+from workbench.model.quaternions import exponential, matrices, multiply
 
 __all__ = ["bone_batches", "bvh_text"]
 

@@ -26,7 +26,8 @@ from workbench.files.motions.number_rows import (
 from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.motion import rising_time
-from workbench.model.poses import Poses, exponential, matrices, multiply
+from workbench.model.poses import Poses
+from workbench.model.quaternions import exponential, matrices, multiply
 
 __all__ = ["Coordinates", "coordinate_batches", "coordinate_poses"]
 

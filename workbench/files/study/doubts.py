@@ -41,6 +41,8 @@ _LAP = tuple((ahead, left) for ahead in (0.1, 0.25, 0.4) for left in (-0.12, 0.1
 _UNDER_LAP = (-0.25, 0.1)
 """Where thighs are, ahead and to the left of the seat reference point [m]; what is at such heights
 [m] over it there bears them, or is what bears them."""
+_HEEL_SUNK = 0.1
+"""A heel point is no more [m] under the floor that it is meant for: what is higher is over the feet."""
 _HEEL_OFF = 0.03
 """How far [m] a heel point may be from the surface under or over it: a carpet, a sole."""
 
@@ -193,23 +195,23 @@ def _heel_doubts(
     environment: Environment, name: str, point: tuple[float, float, float]
 ) -> Iterator[str]:
     """Where a heel point is not on a surface."""
-    part, height = _surface_near(environment, np.array(point))
+    part, height = _surface_under(environment, np.array(point))
     off = point[2] - height
     if not np.isfinite(height):
         yield f"point {name!r}: there is no floor under or over it for the heels"
     elif abs(off) > _HEEL_OFF:
         where = "above" if off > 0 else "under"
         yield (
-            f"point {name!r}, where the heels stand, is {1e3 * abs(off):.0f} mm {where} the nearest "
-            f"surface, {environment.parts[part]!r}"
+            f"point {name!r}, where the heels stand, is {1e3 * abs(off):.0f} mm {where} the "
+            f"surface there, {environment.parts[part]!r}"
         )
 
 
-def _surface_near(environment: Environment, point: Floats) -> tuple[int, float]:
-    """The part, and the height [m], of the surface that the vertical through a point meets nearest
-    to the point; -1 and infinite where it meets none."""
+def _surface_under(environment: Environment, point: Floats) -> tuple[int, float]:
+    """The part, and the height [m], of the highest surface that the vertical through a point meets
+    below it or little above it, or else of the lowest above; -1 and infinite where it meets none."""
     heights, parts = ground_of(environment).levels(point[:2])
     if not len(heights):
         return -1, math.inf
-    nearest = int(np.abs(heights - point[2]).argmin())
-    return int(parts[nearest]), float(heights[nearest])
+    row = max(int((heights <= point[2] + _HEEL_SUNK).sum()) - 1, 0)
+    return int(parts[row]), float(heights[row])

@@ -22,15 +22,8 @@ from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.laban import PARTS, Movement, Score, Sign, nearest_sign
-from workbench.model.poses import (
-    Placed,
-    Poses,
-    conjugate,
-    from_matrices,
-    multiply,
-    rotate,
-    shortest,
-)
+from workbench.model.poses import Placed, Poses
+from workbench.model.quaternions import conjugate, from_matrices, multiply, rotate, shortest
 from workbench.motion.laban.laban import BATCH_SIZE
 
 __all__ = ["Stroke", "read_motion_score", "strokes"]

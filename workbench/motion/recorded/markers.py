@@ -21,7 +21,8 @@ from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.motion import Markers
-from workbench.model.poses import Poses, matrices, multiply
+from workbench.model.poses import Poses
+from workbench.model.quaternions import matrices, multiply
 from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, named_sites
 from workbench.motion.recorded.skeleton import IDENTITY
 from workbench.motion.recorded.subject import marker_places

@@ -19,8 +19,8 @@ from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.motion import Bones, SegmentTrack
-from workbench.model.poses import (
-    Poses,
+from workbench.model.poses import Poses
+from workbench.model.quaternions import (
     conjugate,
     exponential,
     from_matrices,

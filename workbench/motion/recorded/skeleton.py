@@ -19,7 +19,7 @@ from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.motion import Bones
-from workbench.model.poses import (
+from workbench.model.quaternions import (
     conjugate,
     from_matrices,
     matrices,

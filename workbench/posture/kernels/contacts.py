@@ -3,8 +3,10 @@ still there, and planes from them.
 
 A search places one limb again and again, a little farther each time, and most of its spheres are far
 from everything. So the distance of each sphere from all parts is cached with the place where it was
-measured. As long as the sphere has not moved as far, it touches nothing. The contacts are the same
-with and without this cache, to the last bit.
+measured. As long as the sphere has not moved as far, it touches nothing. Of a sphere that is near
+something the polygons near by are listed: as long as it has not moved farther than they were
+searched for, it touches no others. The contacts are the same with and without this cache, to the
+last bit.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from workbench.contact.kernels.field import (
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.search import record_gap
-from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes, widest
+from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 from workbench.geometry.lanes import first_bit
 from workbench.geometry.polygon import Faces, point_polygon
 from workbench.geometry.tree import wider
@@ -73,6 +75,9 @@ GROUPS = 3
 WIDER = 5e-3
 """How much farther [m] than asked for polygons are searched, so that a sphere that moves a little
 need not be searched again."""
+LISTED = 16
+"""How many polygons near a sphere are listed at most: as long as it has not moved by `WIDER`, no tree is
+walked for it again."""
 ROUNDING_MARGIN = 1e-9
 """Rounding [m] of the distance that a sphere has moved."""
 STEPS = 2.0**30
@@ -150,6 +155,11 @@ class Space(NamedTuple):
     gap: NDArray[np.float64]
     """(groups, S) [m] how far its centre was from all surfaces of the group at least; -1 where it
     is not known, or the centre is inside."""
+    listed: NDArray[np.int64]
+    """(groups, S, 1 + LISTED) how many polygons are listed near it, -1 where none are; their ranks."""
+    around: NDArray[np.float64]
+    """(groups, S, 5) where it was then (3) [m]; what is not listed is farther from there [m] than this
+    less what its part allows; and how far at least."""
 
 
 def new_space(limbs: Limbs, joints: int) -> Space:
@@ -166,6 +176,8 @@ def new_space(limbs: Limbs, joints: int) -> Space:
         np.zeros((GROUPS, spheres, 3)),
         np.zeros(SOLIDS, np.int64),
         np.full((GROUPS, spheres), -1.0),
+        np.full((GROUPS, spheres, 1 + LISTED), -1),
+        np.zeros((GROUPS, spheres, 5)),
     )
 
 
@@ -384,22 +396,60 @@ def _is_entered(part, entered, space):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space):  # type: ignore[no-untyped-def]
-    """Keep the polygons of group g within far [m] of a centre that the sphere enters.
+def _keep_polygon(x, y, z, r, s, n, rank, gap, room, clear, entered, count, space):  # type: ignore[no-untyped-def]
+    """Keep a polygon, by its rank, that a centre is sqrt(gap) [m] away from where the sphere enters it.
+    Those of the first `entered` solids that hold the centre are left out: seen from inside they would
+    push the sphere farther in. Returns the count."""
+    trees = room.field.trees
+    f = int(trees.record[trees.begin[rank] + 8])
+    excess = _rounded(r - math.sqrt(gap) - room.allowed[n, room.owner[f]])
+    if _may_count(excess, s, f, clear, count, space.found) and not _is_entered(
+        room.owner[f], entered, space
+    ):
+        count = _keep_contact(x, y, z, s, f, excess, 0.0, count, room, space)
+    return count
 
-    The tree is walked depth first, the nearest child of a node first. A branch is cut if its boxes and
-    its cylinders are farther away than what counts and than the nearest polygon so far; or if it is
-    of one part, and farther away than what of this part counts. Those of the first `entered` solids
-    that hold the centre are left out: seen from inside they would push the sphere farther in. Returns
-    the count, and the square of a distance [m2] that no polygon within far is nearer than.
+
+@inlined
+def _deep(r, clear, count, found):  # type: ignore[no-untyped-def]
+    """What this less what its part allows is the distance of [m] counts as a contact, and is among those
+    that are kept."""
+    return min(r + clear, r - found[0, DEEPEST - 1, 0]) if count == DEEPEST else r + clear
+
+
+@inlined
+def _listed_polygons(x, y, z, r, s, n, g, room, clear, entered, count, space):  # type: ignore[no-untyped-def]
+    """The same as `_near_polygons`, of those that are listed; -1 for the square where others may count."""
+    around = space.around[g, s]
+    moved = norm(subtract((x, y, z), vector(around))) + ROUNDING_MARGIN
+    if space.listed[g, s, 0] < 0 or _deep(r, clear, count, space.found) + moved > around[3]:
+        return count, -1.0
+    least = max(around[4] - moved, 0.0) ** 2
+    for i in range(space.listed[g, s, 0]):
+        rank = space.listed[g, s, 1 + i]
+        gap = record_gap(x, y, z, room.field.trees, rank, np.inf)
+        least = min(least, gap)
+        count = _keep_polygon(x, y, z, r, s, n, rank, gap, room, clear, entered, count, space)
+    return count, least
+
+
+@inlined
+def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space):  # type: ignore[no-untyped-def]
+    """Keep the polygons of group g within far [m] of a centre that the sphere enters, and list them.
+
+    The tree is walked depth first. A branch is cut if its boxes and its cylinders are farther away
+    than what counts and than the nearest polygon so far; or if it is of one part, and farther away
+    than what of this part counts. Returns the count, and the square of a distance [m2] that no
+    polygon within far is nearer than.
     """
     field = room.field
     stack = space.stack
     gaps = space.gaps
     least = far * far
     limit = wider(least)
-    # what a part allows less than this, less the distance, counts
-    deep = r + clear
+    rest = limit
+    deep = _deep(r, clear, count, space.found) + WIDER
+    many = 0
     stack[0] = field.trees.root[g]
     size = 1
     point = point_lanes(x, y, z)
@@ -412,12 +462,12 @@ def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
         while bits != 0:
             k = first_bit(bits)
             bits &= bits - np.uint64(1)
-            low = np.float64(gaps[DEEP + k])
+            low = np.float64(gaps[DEEP + k]) * (1.0 - 2e-6)
             part = room.branch[m, k]
             if part >= 0 and low > 0.0:
                 counts = max(deep - room.allowed[n, part], 0.0)
-                if low > widest(counts * counts):
-                    least = min(least, low * (1.0 - 2e-6))
+                if low > wider(counts * counts):
+                    rest = min(rest, low)
                     continue
             c = np.int64(field.trees.child[m, k])
             if c >= 0:
@@ -428,17 +478,19 @@ def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
             if gap > limit:
                 continue
             least = min(least, gap)
-            f = int(field.trees.record[field.trees.begin[-1 - c] + 8])
-            excess = _rounded(r - math.sqrt(gap) - room.allowed[n, room.owner[f]])
-            if _may_count(excess, s, f, clear, count, space.found) and not _is_entered(
-                room.owner[f], entered, space
-            ):
-                count = _keep_contact(x, y, z, s, f, excess, 0.0, count, room, space)
-                if count == DEEPEST:
-                    deep = min(deep, r - space.found[0, DEEPEST - 1, 0])
+            if many < LISTED:
+                space.listed[g, s, 1 + many] = -1 - c
+            many += 1
+            count = _keep_polygon(x, y, z, r, s, n, -1 - c, gap, room, clear, entered, count, space)
+            deep = min(deep, _deep(r, clear, count, space.found) + WIDER)
             near = max(deep - room.least[n, g], 0.0)
             limit = min(limit, wider(max(near * near, least)))
-    return count, least
+    rest = min(rest, limit)
+    space.listed[g, s, 0] = many if many <= LISTED else -1
+    store((x, y, z), space.around[g, s])
+    space.around[g, s, 3] = min(deep, far + room.least[n, g])
+    space.around[g, s, 4] = math.sqrt(rest)
+    return count, min(least, rest)
 
 
 @inlined
@@ -458,9 +510,11 @@ def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: i
     entered = np.int64(0)
     if not sure and not outside:
         count, entered = _inside_solids(x, y, z, r, s, n, g, room, clear, count, space)
+    far = near + WIDER
+    count, least = _listed_polygons(x, y, z, r, s, n, g, room, clear, entered, count, space)
+    if least < 0.0:
+        count, least = _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
     # in a solid: its surface holds nothing back
-    far = near if entered > 0 else near + WIDER
-    count, least = _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
     space.gap[g, s] = -1.0 if entered > 0 else math.sqrt(least)
     return count
 

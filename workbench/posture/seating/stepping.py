@@ -9,8 +9,9 @@ import numpy as np
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.criterion import NO_REASON, Reason
-from workbench.model.poses import Poses, cross, exponential, multiply, swing_twist
+from workbench.model.poses import Poses
 from workbench.model.posing import motion_of
+from workbench.model.quaternions import cross, exponential, multiply, swing_twist
 from workbench.model.reach import stop_reason
 from workbench.posture.kernels.driving_legs import FLAT
 from workbench.posture.kernels.sitting import Legs

@@ -115,7 +115,7 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
 def _beheld(result: PopulationFound, one: Shown) -> Beheld:
     """Somebody as found."""
     role = result.place.role
-    scene = Scene((SceneBody(one.placed),), one.environment)
+    scene = Scene((SceneBody(one.placed, holds=one.environment),), one.environment)
     words = f"{who_words(result, one.row)}, {one.case}"
     return Beheld(scene, (role,), role, words, result.place.seat or "")
 
@@ -537,7 +537,9 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
 
 def _scene(found: Shown, mark: WebMark | None, name: str, label: str) -> Scene:
     """The body in the cockpit as found, with a mark."""
-    scene = Scene((SceneBody(found.placed, 0, "warm"),), found.environment, (), name, label)
+    scene = Scene(
+        (SceneBody(found.placed, 0, "warm", found.environment),), found.environment, (), name, label
+    )
     if mark is None:
         return scene
     kind = "reach" if not mark.failing else "contact" if mark.to is None else "missed"

@@ -20,8 +20,9 @@ from workbench.model.body import DIRECTIONS, Body
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import short_words
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses, from_matrices
+from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, named_angles
+from workbench.model.quaternions import from_matrices
 from workbench.model.reach import DOUBTS
 from workbench.model.result import ControlReach, PersonFound, PosturesFound
 from workbench.report.postures.envelopes import envelope_rows, envelope_tables

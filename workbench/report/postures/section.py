@@ -376,7 +376,7 @@ def _place(finding: Finding) -> str:
 
 def _scene(result: PosturesFound, case: int, findings: list[Finding]) -> Scene:
     bodies = tuple(
-        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
+        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)], result.environment)
         for i, person in enumerate(result.people)
     )
     marks = _resting(result, case)

@@ -8,8 +8,9 @@ from dataclasses import fields
 
 import numpy as np
 
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Work
 from workbench.model.environment import Environment
+from workbench.model.rule_set import RuleSet
 from workbench.model.study import Study
 from workbench.model.units import limit_unit_of, plain
 
@@ -17,6 +18,7 @@ __all__ = ["changed_words", "design_of"]
 
 _PLACE = "place of "
 """Begins the name of the fact where a thing is; what it is stands under its own name."""
+_CRITERION = "criterion "
 _LIMITS = ("at_least", "below", "above", "at_most")
 
 
@@ -25,7 +27,8 @@ def design_of(study: Study) -> dict[str, str]:
     millimetres and degrees, by its name."""
     facts = dict(_environment_facts(study.environment))
     for criterion in study.criteria:
-        facts[f"criterion “{criterion.name}”"] = ", ".join(_criterion_facts(criterion))
+        asked = _criterion_facts(criterion, study.environment)
+        facts[f"{_CRITERION}“{criterion.name}”"] = ", ".join(asked)
     for role in study.roles:
         clothes = [item.name for item in role.clothes]
         facts[f"role {role.name}"] = " with ".join([role.body.name, *clothes])
@@ -55,20 +58,26 @@ def _environment_facts(environment: Environment) -> Iterator[tuple[str, str]]:
         yield f"point {name}", f"{_mm(point)} mm"
 
 
-def _criterion_facts(criterion: Criterion) -> Iterator[str]:
+def _criterion_facts(criterion: Criterion, environment: Environment) -> Iterator[str]:
     """What a criterion asks, as far as it differs from what is asked where nothing is stated."""
+    every = (environment.parts, tuple(control.name for control in environment.controls))
     for one in fields(criterion):
         value = getattr(criterion, one.name)
-        if one.name in ("name", "limits", "segments") or value == one.default:
+        if one.name in ("name", "limits") or value == one.default or value in every:
             continue
+        word = plain(one.name)
         if one.name in _LIMITS:
             unit = limit_unit_of(criterion.check)
-            value = f"{unit.scale * value:g}{unit.words}"
-        elif isinstance(value, float):
-            value = f"{value:.4g}"
+            yield f"{word} {unit.scale * value:g}{unit.words}"
+        elif isinstance(value, Work):
+            stated = {name: fact for name, fact in vars(value).items() if fact is not None}
+            yield from (f"{plain(name)} {fact}" for name, fact in stated.items())
         elif isinstance(value, tuple):
-            value = " ".join(map(str, value))
-        yield f"{plain(one.name)} {value}"
+            yield from (f"{word.removesuffix('s')} {item}" for item in value)
+        elif isinstance(value, RuleSet):
+            yield f"{word} {value.name}"
+        else:
+            yield f"{word} {value:.4g}" if isinstance(value, float) else f"{word} {value}"
 
 
 def _mm(values: Iterable[float], between: str = ", ") -> str:
@@ -78,11 +87,15 @@ def _mm(values: Iterable[float], between: str = ", ") -> str:
 def changed_words(before: Mapping[str, str], after: Mapping[str, str]) -> list[str]:
     """Say what differs between two designs: "place of control flaps: 520, -12, 640 mm → 488, -12, 640
     mm", "part shelf: only after"."""
-    words = [
-        f"{name}: {fact} → {after[name]}"
-        for name, fact in before.items()
-        if name in after and after[name] != fact
-    ]
+    words = []
+    for name, fact in before.items():
+        now = after.get(name, fact)
+        if now == fact:
+            continue
+        if name.startswith(_CRITERION):
+            words.append(f"{name}: {_without(fact, now)} → {_without(now, fact)}")
+        else:
+            words.append(f"{name}: {fact} → {now}")
     for one, other, when in ((before, after, "before"), (after, before, "after")):
         words += [
             f"{name}: only {when}"
@@ -90,3 +103,9 @@ def changed_words(before: Mapping[str, str], after: Mapping[str, str]) -> list[s
             if name not in other and not name.startswith(_PLACE)
         ]
     return words
+
+
+def _without(fact: str, beside: str) -> str:
+    """What a criterion asks that another one does not."""
+    also = beside.split(", ")
+    return ", ".join(piece for piece in fact.split(", ") if piece not in also) or "not stated"

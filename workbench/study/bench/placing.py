@@ -21,7 +21,8 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment, Seat
-from workbench.model.poses import Placed, Poses, exponential, from_matrices, matrices
+from workbench.model.poses import Placed, Poses
+from workbench.model.quaternions import exponential, from_matrices, matrices
 from workbench.model.result import Shortfall, Verdict
 from workbench.model.study import GivenPosture
 from workbench.model.surroundings import Surroundings, moved_along
