@@ -27,10 +27,8 @@ from workbench.model.surroundings import Move
 from workbench.study.bench.answers import answer, judged, near_pairs
 from workbench.study.bench.crowd import AT_HAND
 from workbench.study.bench.edits import Edit, seated, shifted
-from workbench.study.bench.edits_joints import turned
-from workbench.study.bench.edits_limbs import LimbTarget, reached
-from workbench.study.bench.placing import Placement, placed_people
-from workbench.study.bench.sights import people_here, sight_verdicts
+from workbench.study.bench.edits_joints import LimbTarget, reached, turned
+from workbench.study.bench.placing import Placement, people_here, placed_people, sight_verdicts
 from workbench.study.bench.state import OpenStudy, open_study
 from workbench.threads import cores
 

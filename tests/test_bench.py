@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import ROOT
+from workbench.contact.clearance_pairs import room_of_segments, rooms_by_mover
 from workbench.contact.collide import allowed_depth, nearest
-from workbench.contact.movers import room_of_segments, rooms_by_mover
 from workbench.errors import InputError
 from workbench.files.study.saving import read_text
 from workbench.files.yaml_text import read_yaml
@@ -25,14 +25,12 @@ from workbench.model.surroundings import Move, Surroundings, move_parts
 from workbench.posture.reaching.limbs import limb
 from workbench.study.bench.answers import answer, judged, near_pairs
 from workbench.study.bench.edits import adjusted_to, looking_at, seated, shifted
-from workbench.study.bench.edits_joints import mirrored, turned
-from workbench.study.bench.edits_limbs import LimbTarget, reached
+from workbench.study.bench.edits_joints import LimbTarget, mirrored, reached, turned
 from workbench.study.bench.edits_people import SizeWanted, dressed, sized
 from workbench.study.bench.edits_postures import freed, posed, predicted, suggested
 from workbench.study.bench.history import TOGETHER, Entry, History
 from workbench.study.bench.placing import placed_people
-from workbench.study.bench.said import said
-from workbench.study.bench.saving import save
+from workbench.study.bench.saving import said, save
 from workbench.study.bench.state import (
     Arrangement,
     arranged_study,

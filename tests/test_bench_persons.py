@@ -17,8 +17,7 @@ from workbench.errors import InputError
 from workbench.files.study.saving import read_text
 from workbench.study.bench.answers import answer, judged
 from workbench.study.bench.edits import seated
-from workbench.study.bench.edits_joints import given_since, mirrored, turned
-from workbench.study.bench.edits_limbs import LimbTarget, reached
+from workbench.study.bench.edits_joints import LimbTarget, given_since, mirrored, reached, turned
 from workbench.study.bench.edits_people import (
     SizeWanted,
     dressed,

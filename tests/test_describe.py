@@ -25,7 +25,7 @@ from workbench.files.seat_figures import seat_figures
 from workbench.files.surface_planes import Surface, fitted_plane, grown_faces
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_text import parse_yaml
-from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
+from workbench.study.describe.edits_files import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
 from workbench.study.describe.edits_seats import carried, faced
 from workbench.study.describe.edits_things import placed_point, pointed, removed, renamed, typed

@@ -10,11 +10,12 @@ from workbench.files.environments import load_environment
 from workbench.study.describe.edits_files import (
     added_file,
     files_beside,
+    floored,
+    framed,
     met_file,
     moved_file,
     removed_file,
 )
-from workbench.study.describe.edits_frame import floored, framed
 from workbench.study.describe.edits_parts import joined, large_part, split_part
 from workbench.study.describe.edits_things import accepted, placed_point
 from workbench.study.describe.meshes import Ray

@@ -24,7 +24,7 @@ from workbench.files.motions.tables import read_angle_table
 from workbench.model.posing import compose
 from workbench.model.simulation import gained
 from workbench.posture.kernels.past_stops import past_stops
-from workbench.posture.packed_stops import packed_stops
+from workbench.posture.stops import packed_stops
 from workbench.study.motion_cases import prepared
 
 BELT = """belts:

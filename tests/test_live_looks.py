@@ -26,8 +26,7 @@ from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.edits import shifted
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import motions_judged, near_in_frame, playing
-from workbench.study.bench.said import said
-from workbench.study.bench.saving import save
+from workbench.study.bench.saving import said, save
 from workbench.study.bench.state import open_study
 from workbench.study.crash.frames import frames_of
 

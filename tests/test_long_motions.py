@@ -16,8 +16,8 @@ from workbench.contact import episodes as solve_episodes
 from workbench.files.motions import bvh, opensim, tables
 from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.tables import angle_table_text
+from workbench.model import arrays
 from workbench.model import poses as model_poses
-from workbench.model import spool
 from workbench.model.arrays import frozen
 from workbench.model.posing import motion_of
 from workbench.report.motions import movement
@@ -56,7 +56,7 @@ def small_pieces(monkeypatch):
             monkeypatch.setattr(module, "pieces", pieces)
         monkeypatch.setattr(frames, "BLOCK", size)
         monkeypatch.setattr(crash, "BLOCK", size)
-        monkeypatch.setattr(spool, "IN_MEMORY", 1024)
+        monkeypatch.setattr(arrays, "IN_MEMORY", 1024)
         monkeypatch.setattr(solve_episodes, "MOST_PACKED", solve_episodes.PIECE)
 
     return cut
@@ -115,16 +115,16 @@ def test_a_motion_read_in_pieces_has_the_bits_of_the_whole(tmp_path, ending, sma
 
 
 def test_rows_beyond_the_memory_allowed_are_in_a_file_and_stay_what_they_are(monkeypatch):
-    monkeypatch.setattr(spool, "IN_MEMORY", 100)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 100)
     rows = np.arange(60.0).reshape(20, 3)
-    kept = spool.Spool(3)
+    kept = arrays.Spool(3)
     for first in range(0, 20, 6):
         kept.add(rows[first : first + 6])
     done = kept.done()
     assert np.array_equal(done, rows)
     assert not done.flags.writeable and not done.flags.owndata
     assert frozen(done, np.float64, (20, 3), "rows") is done
-    assert spool.Spool(2).done().shape == (0, 2)
+    assert arrays.Spool(2).done().shape == (0, 2)
 
 
 LONG = """

@@ -16,7 +16,6 @@ import workbench as wb
 from tests.test_draw import SVG, crowd, front, spheres_body
 from workbench import InputError, UsageError
 from workbench.contact.collide import nearest
-from workbench.draw.colours import MARKS
 from workbench.draw.disks import disks
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.outline import outline
@@ -29,7 +28,7 @@ from workbench.draw.marks.annotations import (
     stop_marks,
 )
 from workbench.draw.marks.layout import TEXT_SIZE, layout_marks, mark_shapes
-from workbench.draw.scene import Mark, Scene
+from workbench.draw.scene import MARKS, Mark, Scene
 
 
 @pytest.fixture(scope="module")

@@ -21,9 +21,8 @@ from workbench import (
     load_population_model,
     read_ansur,
 )
-from workbench.body.people.conditional import condition, improbability
+from workbench.body.people.conditional import condition, improbability, scores_of
 from workbench.body.people.percentile import percentile_people, percentile_values
-from workbench.body.people.scores import scores_of
 from workbench.files.populations import load_growth
 from workbench.model.population import COCKPIT, MEASURES, SEXES, Population
 

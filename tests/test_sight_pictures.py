@@ -26,8 +26,7 @@ from workbench.draw.directions import PROJECTIONS, Outlook, direction_chart, hid
 from workbench.draw.disks import disks
 from workbench.draw.display_options import parse_display_options
 from workbench.draw.eye_view import eyes_camera, outlook
-from workbench.draw.ground_plan import blind_distances, ground_plan
-from workbench.draw.mirror_plan import mirror_plan
+from workbench.draw.ground_plan import blind_distances, ground_plan, mirror_plan
 from workbench.draw.render import choose_camera, picture, render
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.scene_builder import build_source

@@ -30,8 +30,8 @@ from workbench.sight.rules.mirrors import (
     reflected,
     reflections,
     required_ground,
+    windscreen_reflection,
 )
-from workbench.sight.rules.reflection import windscreen_reflection
 from workbench.sight.scenery import scenery_of
 
 AC25 = load_rule_set("sight_ac_25_773_1")

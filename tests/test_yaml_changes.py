@@ -14,7 +14,7 @@ from tests.conftest import ROOT
 from workbench.files.yaml_changes import SharedValueError, changed_text, marked, walked
 from workbench.files.yaml_text import parse_yaml
 from workbench.model.surroundings import Move
-from workbench.study.bench.said import with_joint, with_moves, with_position
+from workbench.study.bench.saving import with_joint, with_moves, with_position
 
 STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
 BEND = {("flexion", "extension"): 70.0}

@@ -49,6 +49,7 @@ from .model.comparison import Comparison as Comparison
 from .model.contacts import Clearance as Clearance
 from .model.contacts import Contacts as Contacts
 from .model.contacts import Episodes as Episodes
+from .model.criterion import Work as Work
 from .model.driving import Driver as Driver
 from .model.driving import Package as Package
 from .model.environment import Environment as Environment
@@ -60,7 +61,6 @@ from .model.posing import pose as pose
 from .model.reach import Reach as Reach
 from .model.result import Result as Result
 from .model.study import Study as Study
-from .model.work import Work as Work
 from .posture.balance import balance as balance
 from .posture.reaching.limbs import limb as limb
 from .posture.reaching.reach import reach as reach
@@ -96,8 +96,8 @@ from .strain.static_load import static_load as static_load
 from .strain.static_load import supports_of as supports_of
 from .strain.working_angles import working_angles as working_angles
 from .study.accommodation.compare import compare as compare
+from .study.envelope.envelope import people_envelope as people_envelope
 from .study.envelope.envelope import reach_envelope as reach_envelope
-from .study.envelope.people import people_envelope as people_envelope
 from .study.persons import person_body as person_body
 from .study.reach_map import reach_map as reach_map
 from .study.run import run as run

@@ -125,8 +125,7 @@ def _distance_field(outlines: Outlines, grid: _Grid) -> Floats:
     field = PchipInterpolator(stations, np.stack(slices), axis=0)(within)
     # beyond the first and the last slice the distance to their planes closes the part flat
     beyond = np.maximum(stations[0] - grid.s, grid.s - stations[-1])
-    closed: Floats = np.maximum(field, beyond[:, None, None])
-    return closed
+    return np.maximum(field, beyond[:, None, None])
 
 
 def _slice_field(points: Floats, curves: list[Floats]) -> Floats:
@@ -138,8 +137,7 @@ def _slice_field(points: Floats, curves: list[Floats]) -> Floats:
     for curve in curves:
         for a, b in zip(curve, np.roll(curve, -1, axis=0), strict=True):
             square = np.minimum(square, _segment_distance_squared(points, a, b))
-    field: Floats = np.where(inside_loops(points, curves), -1.0, 1.0) * np.sqrt(square)
-    return field
+    return np.where(inside_loops(points, curves), -1.0, 1.0) * np.sqrt(square)
 
 
 def _segment_distance_squared(points: Floats, a: Floats, b: Floats) -> Floats:
@@ -152,8 +150,7 @@ def _segment_distance_squared(points: Floats, a: Floats, b: Floats) -> Floats:
     else:
         share = np.zeros(len(points))
     gap = offset - share[:, None] * side
-    square: Floats = np.einsum("nc,nc->n", gap, gap)
-    return square
+    return np.einsum("nc,nc->n", gap, gap)
 
 
 # Compute the surface where a field on a grid is zero, by marching tetrahedra [1]_.
@@ -227,8 +224,7 @@ def _crossed_tetrahedra(field: Floats) -> Ints:
     flat = field.ravel()
     count = sum((flat[cube + step] < 0).astype(np.int8) for step in corner)
     crossed = cube[(count > 0) & (count < 8)]
-    tetrahedra: Ints = (crossed[:, None] + corner)[:, _TETRAHEDRA].reshape(-1, 4)
-    return tetrahedra
+    return (crossed[:, None] + corner)[:, _TETRAHEDRA].reshape(-1, 4)
 
 
 def _cut(corner: Ints, inside: Bools, count: int) -> Ints:
@@ -259,7 +255,4 @@ def _outward(vertices: Floats, faces: Ints, inner: Floats) -> Ints:
     corner = vertices[faces]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     away = (corner - inner[faces]).sum(axis=1)
-    turned: Ints = np.where(
-        (np.einsum("tc,tc->t", normal, away) < 0)[:, None], faces[:, ::-1], faces
-    )
-    return turned
+    return np.where((np.einsum("tc,tc->t", normal, away) < 0)[:, None], faces[:, ::-1], faces)

@@ -20,7 +20,6 @@ from cyclopts import App, CycloptsError, Parameter
 from workbench import __version__
 from workbench.cli.body import body_app
 from workbench.cli.compare import compare
-from workbench.cli.fit import body_fit
 from workbench.cli.interrupts import heard
 from workbench.cli.live import live
 from workbench.cli.motion import motion_app
@@ -28,7 +27,6 @@ from workbench.cli.new import new
 from workbench.cli.people import people_app
 from workbench.cli.progress import Progress, emit, emit_sentence, emit_verdict, tell
 from workbench.cli.render import render
-from workbench.cli.simulate import simulate
 from workbench.cli.where import where
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 from workbench.files.opening import noted_inputs
@@ -54,10 +52,8 @@ app = App(
     "70 an internal error, 130 stopped by Ctrl-C.",
     suppress_keyboard_interrupt=False,
 )
-body_app.command(body_fit, name="fit")
 app.command(body_app)
 app.command(people_app)
-motion_app.command(simulate)
 app.command(motion_app)
 app.command(render)
 app.command(compare)

@@ -1,4 +1,5 @@
-"""`workbench motion show|convert`: recorded motion, looked through and written in another form."""
+"""`workbench motion show|convert|simulate`: recorded motion, looked through and written in another
+form; a motion file from a simulated crash."""
 
 from __future__ import annotations
 
@@ -8,17 +9,25 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from workbench.cli.progress import emit, tell
+from workbench.cli.progress import Progress, emit, tell
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:
+    from workbench.files.crash.simulations import SimulationPlan
     from workbench.files.motions.number_rows import FrameRange
     from workbench.files.output_file import Content
     from workbench.model.body import Body
     from workbench.model.poses import Poses
+    from workbench.model.simulation import Simulated
     from workbench.study.motions import MotionOptions
 
-__all__ = ["Names", "Unit", "frame_range", "motion_app", "motion_options"]
+__all__ = [
+    "Names",
+    "Unit",
+    "frame_range",
+    "motion_app",
+    "motion_options",
+]
 
 _MOST_HELD = 100_000
 """Frames of a model or a score at most: they are made in memory."""
@@ -254,8 +263,8 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     """Least and greatest angle [degrees] of each motion of each joint."""
     import numpy as np
 
+    from workbench.model.arrays import pieces
     from workbench.model.posing import ContinuousAngles, angles_of
-    from workbench.model.spool import pieces
 
     low = np.full((len(who.joints), 3), np.inf)
     high = -low
@@ -291,9 +300,9 @@ def _resampled(poses: Poses, step: float) -> Poses:
     """The motion at times `step` [s] apart."""
     import numpy as np
 
+    from workbench.model.arrays import pieces
     from workbench.model.poses import stacked
     from workbench.model.posing import poses_at
-    from workbench.model.spool import pieces
 
     start = poses.clock[0]
     count = int(np.floor((poses.clock[-1] - start) / step + 1e-9)) + 1
@@ -306,7 +315,7 @@ def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Cont
     from workbench.files.motions.bvh import bvh_text
     from workbench.files.motions.laban import score_text
     from workbench.files.motions.tables import angle_table_text
-    from workbench.model.spool import pieces
+    from workbench.model.arrays import pieces
     from workbench.motion.laban.reading import read_motion_score
 
     if ending == ".csv":
@@ -321,3 +330,86 @@ def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Cont
     if tempo is not None:
         return score_text(read_motion_score(body, poses, tempo=tempo))
     return glb_bytes([Figure(body.name, place(body, poses), (0.75, 0.55, 0.42))], times=poses.time)
+
+
+@motion_app.command
+def simulate(
+    simulation: str,
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    forces: Path | None = None,
+) -> int:
+    """Simulate a crash and write its motion, for a study of kind crash to read.
+
+    A crude simulator: rigid segments on ball joints, springs for flesh, foam and webbing, no
+    muscles that answer, no injury. It shows how a body goes and what it may reach, not what it
+    suffers; a test or a validated model says more. Needs MuJoCo: pip install
+    'bubbleman-workbench[dynamics]'.
+
+    Parameters
+    ----------
+    simulation
+        a simulation file, or the name of one in studies/simulations
+    out
+        the motion to write: a .csv of joint angles
+    forces
+        also a .csv of the belts' tensions over time
+    """
+    from workbench.files.crash.simulations import load_simulation
+    from workbench.files.motions.tables import angle_table_text
+    from workbench.files.output_file import check_file, write_file
+    from workbench.study.motion_cases import run_simulation
+
+    paths = [out, forces] if forces is not None else [out]
+    for path in paths:
+        if path.suffix.lower() != ".csv":
+            raise UsageError(f"{path}: a simulated motion and its forces are written as .csv")
+        check_file(path)
+    if forces is not None and forces.resolve() == out.resolve():
+        raise UsageError(f"{forces}: the motion and the forces need a file each")
+    with Progress() as say:
+        say(f"reading {simulation}")
+        plan = load_simulation(simulation)
+        for path in paths:
+            check_file(path)  # again, now that all inputs are known
+        say(f"simulating {plan.file.duration:g} ms")
+        made = run_simulation(plan)
+    first, *rest = angle_table_text(plan.body, made.motion)
+    about = f"# made by: the simulation {plan.file.simulation}, crude rigid-body dynamics, no measured motion\n"
+    write_file(out, "".join([first, about, *rest]))
+    if forces is not None:
+        write_file(forces, _forces(plan, made))
+    for warning in made.warnings:
+        tell(f"warning: {warning}")
+    emit(_summary(plan, made))
+    emit(out)
+    return 0
+
+
+def _forces(plan: SimulationPlan, made: Simulated) -> str:
+    """Tensions and payouts of the belts over time as CSV."""
+    head = [
+        "time [ms]",
+        *(f"{b.name} {what}" for b in plan.belts for what in ("tension [N]", "payout [mm]")),
+    ]
+    lines = [", ".join(head)]
+    for time, tension, payout in zip(made.motion.clock, made.tension, made.payout, strict=True):
+        cells = [f"{v:.1f}" for pair in zip(tension, 1000 * payout, strict=True) for v in pair]
+        lines.append(", ".join([f"{1000 * time:.3f}", *cells]))
+    return "\n".join(lines) + "\n"
+
+
+def _summary(plan: SimulationPlan, made: Simulated) -> str:
+    """What came of it, in a line for the motion and one for each belt."""
+    from workbench.model.simulation import gained
+
+    clock = made.motion.clock
+    speed = float(gained(plan.pulse, clock[-1:])[0])
+    lines = [f"{len(clock)} frames over {1000 * clock[-1]:g} ms; the vehicle loses {speed:.2f} m/s"]
+    for b, belt in enumerate(plan.belts):
+        most = int(made.tension[:, b].argmax())
+        lines.append(
+            f"{belt.name}: up to {made.tension[most, b]:.0f} N at {1000 * clock[most]:.0f} ms, "
+            f"{1000 * made.payout[most, b]:.0f} mm longer"
+        )
+    return "\n".join(lines)

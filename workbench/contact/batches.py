@@ -336,8 +336,7 @@ def _moves(body: Body, rows: Ints) -> Bools:
     """Which spheres move in the frame of their segment: they share a twist, or are blended across a
     joint."""
     twists = (body.twist_joint[body.sphere_segment[rows]] >= 0) & (body.twist_share[0, rows] > 0)
-    moves: Bools = twists | ((body.blend_joint[rows] >= 0) & (body.blend_share[0, rows] > 0))
-    return moves
+    return twists | ((body.blend_joint[rows] >= 0) & (body.blend_share[0, rows] > 0))
 
 
 def _groups(body: Body, rows: Ints) -> list[Ints]:

@@ -27,12 +27,11 @@ from workbench.contact.fields import packed_faces
 from workbench.contact.kernels.clearance import ClearanceTask, near_sides
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
 from workbench.errors import InputError, UsageError
-from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints, pieces
 from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
-from workbench.model.spool import pieces
 
 __all__ = [
     "BLOCK",
@@ -83,7 +82,7 @@ def by_person(function: Callable[P, T]) -> Callable[P, T]:
             own = [some.get(id(value), value) for value in args]
             named = {name: some.get(id(value), value) for name, value in options.items()}
             answers.append((rows, function(*own, **named)))
-        return _together(answers, placed)  # type: ignore[no-any-return]
+        return _together(answers, placed)
 
     return call
 
@@ -533,8 +532,7 @@ def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints
     segment)."""
     pose, segment = where
     local = np.einsum("cji,cj->ci", placed.world_from_segment[pose, segment][..., :3], direction)
-    side: Ints = np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
-    return side
+    return np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
 
 
 def _near_side(placed: Placed, distance: Floats, sphere: Ints, point: Floats) -> Ints:

@@ -38,8 +38,7 @@ def enclosed(placed: Placed, environment: Environment, part: int) -> Floats:
     shells = packed_shells(environment)
     share = np.zeros(len(points))
     odd_shares(points, _directions(), faces, shells, part, np.empty(64, dtype=np.int64), share)
-    inside: Floats = (share.reshape(len(placed), -1) > ENCLOSED).mean(axis=1)
-    return inside
+    return (share.reshape(len(placed), -1) > ENCLOSED).mean(axis=1)
 
 
 def _largest(body: Body) -> Ints:

@@ -540,8 +540,7 @@ def _edge_after(edges: Ints, polygon: Ints) -> Ints:
     order = np.argsort(tail, kind="stable")
     head = polygon * most + edges[:, 1]
     low, high = (np.searchsorted(tail[order], head, side=side) for side in ("left", "right"))
-    after: Ints = np.where(high - low == 1, order[np.minimum(low, len(order) - 1)], -1)
-    return after
+    return np.where(high - low == 1, order[np.minimum(low, len(order) - 1)], -1)
 
 
 def _in_line(ends: Floats, after: Ints) -> Bools:
@@ -578,5 +577,4 @@ def _off(ends: Floats, first: Ints, last: Ints, run: Ints) -> Floats:
     way = ends[last, 1][run] - start
     arm = ends[:, 1] - start
     long = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
-    off: Floats = np.linalg.norm(np.cross(way, arm), axis=1) / long
-    return off
+    return np.linalg.norm(np.cross(way, arm), axis=1) / long

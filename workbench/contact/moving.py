@@ -191,8 +191,7 @@ def _levers(body: Body, entry: Floats) -> tuple[Levers, Bools]:
 
     def farthest(at: Floats) -> Floats:
         circle = np.linalg.norm(foot - at, axis=1) + off
-        most: Floats = np.where(turns, circle, np.linalg.norm(body.centre[0] - at, axis=1))
-        return most
+        return np.where(turns, circle, np.linalg.norm(body.centre[0] - at, axis=1))
 
     blends = (body.blend_joint >= 0) & (body.blend_share[0] > 0)
     joint = body.blend_joint

@@ -38,7 +38,7 @@ from workbench.model.simulation import (
     level_at,
 )
 from workbench.posture.kernels.past_stops import StopPack, past_stops
-from workbench.posture.packed_stops import packed_stops
+from workbench.posture.stops import packed_stops
 
 __all__ = [
     "STOP_SOFTNESS",
@@ -444,7 +444,7 @@ def import_mujoco() -> ModuleType:
         raise MissingPartError(
             "simulated crashes need MuJoCo: pip install 'bubbleman-workbench[dynamics]' (stored motions do without it)"
         ) from None
-    return mujoco  # type: ignore[no-any-return]
+    return mujoco
 
 
 def joint_springs(simulation: Simulation, loads: CompositeBody) -> tuple[Floats, Floats]:
@@ -580,7 +580,7 @@ def stop_moments(pack: StopPack, rotations: Floats, rates: Floats, moment: Float
     Parameters
     ----------
     pack
-        Joint stops of the body, see `posture.packed_stops`.
+        Joint stops of the body, see `posture.stops`.
     rotations
         (J, 4) joint rotations, unit quaternions.
     rates

@@ -320,8 +320,7 @@ def _fit_perspective(camera: Camera, seen: Floats, radii: Floats, free_size: Flo
 
 def _view_to_world(camera: Camera, seen: Floats) -> Floats:
     """Return the point (3,) [m] of the world at view coordinates (3,)."""
-    point: Floats = camera.centre + seen @ np.array([camera.right, camera.up, camera.toward])
-    return point
+    return camera.centre + seen @ np.array([camera.right, camera.up, camera.toward])
 
 
 def orbit(camera: Camera, angle: float, *, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Camera:
@@ -427,7 +426,4 @@ def facing(camera: Camera, normal: Floats, offset: Floats) -> Floats:
     Floats
         (...,) positive where the viewer is on the side that the normal points to.
     """
-    front: Floats = normal @ camera.toward + camera.inverse_distance * (
-        normal @ camera.centre - offset
-    )
-    return front
+    return normal @ camera.toward + camera.inverse_distance * (normal @ camera.centre - offset)

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from workbench.draw.colours import INK, PAPER, Colour, hexadecimal
 from workbench.draw.marks.layout import FONT
+from workbench.draw.scene import INK, PAPER, Colour, hexadecimal
 from workbench.model.arrays import Floats
 
 __all__ = ["FINER", "Chart", "Stroke", "Words", "chart_image", "chart_svg"]

@@ -203,5 +203,4 @@ def _projected(region: ControlRegion, view: _View, camera: Camera, loop: Floats)
     offset = np.zeros((len(loop), 3))
     offset[:, low] = loop[:, 0] * region.spacing
     offset[:, high] = loop[:, 1] * region.spacing
-    flat: Floats = project(camera, np.array(region.control.at) + offset @ region.axes)[:, :2]
-    return flat
+    return project(camera, np.array(region.control.at) + offset @ region.axes)[:, :2]

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.draw.chart import Chart, Stroke, Words
-from workbench.draw.colours import INK
+from workbench.draw.scene import INK
 from workbench.draw.sheet import Sheet
 from workbench.draw.zones import Zones, spread, zones
 from workbench.model.arrays import Floats

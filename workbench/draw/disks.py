@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from workbench.draw.camera import Camera, facing
-from workbench.draw.colours import GLASS, INK, INKS, PAPER, SECTION, ramp
 from workbench.draw.kernels.compositing import (
     SolidLayers,
     blend_overlays,
@@ -21,7 +20,7 @@ from workbench.draw.kernels.compositing import (
 )
 from workbench.draw.lines.edges import Lines, drawn_edges, paint_lines, visible_lines
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
-from workbench.draw.scene import Scene
+from workbench.draw.scene import GLASS, INK, INKS, PAPER, SECTION, Scene, ramp
 from workbench.draw.sphere_raster import LIGHT, Surfaces, shade_surfaces
 from workbench.draw.visibility import (
     DepthBuffers,

@@ -10,10 +10,9 @@ import numpy as np
 from PIL import Image, ImageColor, ImageDraw
 
 from workbench.draw.camera import Camera, facing, project, standard_view
-from workbench.draw.colours import Colour
 from workbench.draw.disks import disks
 from workbench.draw.marks.layout import FONT
-from workbench.draw.scene import Scene
+from workbench.draw.scene import Colour, Scene
 from workbench.draw.visibility import triangles_shown
 from workbench.draw.web.place_mesh import environment_mesh
 from workbench.draw.web.views import WebPlace, WebView, body_view
@@ -483,5 +482,4 @@ def _plane_crossings(corners: Floats, section: _Section) -> Floats:
         ends.append(corners[:, one] + share * (corners[:, two] - corners[:, one]))
     points = np.stack(ends, axis=1)
     cut = points[np.isfinite(points[..., 0]).sum(axis=1) == 2]
-    segments: Floats = cut[np.isfinite(cut[..., 0])].reshape(-1, 2, 3)
-    return segments
+    return cut[np.isfinite(cut[..., 0])].reshape(-1, 2, 3)

@@ -15,7 +15,6 @@ from PIL import Image
 from workbench.body.surface import body_solid
 from workbench.draw.camera import Camera, orbit, standard_view
 from workbench.draw.chart import Chart, chart_image, chart_svg
-from workbench.draw.colours import FAMILIES
 from workbench.draw.directions import Outlook, direction_chart
 from workbench.draw.disks import disks
 from workbench.draw.display_options import DisplayOptions
@@ -36,15 +35,14 @@ from workbench.draw.films.motion_clips import (
     evenly_spaced_times,
 )
 from workbench.draw.films.strip import strip_image, strip_svg
-from workbench.draw.ground_plan import ground_level, ground_plan
+from workbench.draw.ground_plan import ground_level, ground_plan, mirror_plan
 from workbench.draw.hidden import cut_off_words, seen_through
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
 from workbench.draw.lines.outline import outline
 from workbench.draw.marks.annotations import marks_for_scene
-from workbench.draw.mirror_plan import mirror_plan
 from workbench.draw.scanline import scanline
-from workbench.draw.scene import Scene
+from workbench.draw.scene import FAMILIES, Scene
 from workbench.draw.section_planes import apply_section
 from workbench.draw.source import Source
 from workbench.draw.two_eyes import both_eyes

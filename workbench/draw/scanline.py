@@ -20,8 +20,7 @@ import numpy as np
 from PIL import Image
 
 from workbench.draw.camera import Camera, to_view
-from workbench.draw.colours import INKS, PAPER
-from workbench.draw.scene import Scene, Spheres
+from workbench.draw.scene import INKS, PAPER, Scene, Spheres
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Bools, Floats, Ints
 
@@ -190,8 +189,7 @@ def _nearness(circles: _Circles, camera: Camera, place: Floats) -> Floats:
     along = circles.centre[:, 1:]
     square = circles.radius[:, None] ** 2
     if math.isinf(camera.distance):
-        depth: Floats = along + np.sqrt(np.maximum(square - (place - across) ** 2, 0.0))
-        return depth
+        return along + np.sqrt(np.maximum(square - (place - across) ** 2, 0.0))
     length = np.sqrt(1.0 + place * place)
     forward = (across * place + along) / length  # of the centre, along the ray
     discriminant = forward**2 - (across**2 + along**2 - square)
@@ -204,8 +202,7 @@ def _crossings(circles: _Circles, camera: Camera) -> Floats:
     if math.isinf(camera.distance):
         return points[:, 0]
     points = points[points[:, 1] > 0.0]
-    slopes: Floats = points[:, 0] / points[:, 1]
-    return slopes
+    return points[:, 0] / points[:, 1]
 
 
 def _circle_intersections(circles: _Circles) -> Floats:

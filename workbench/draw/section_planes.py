@@ -209,8 +209,7 @@ def _checked_plane(point: ArrayLike, normal: ArrayLike) -> tuple[Floats, float]:
 def _row_starts(polygon: Ints, polygons: int) -> Ints:
     """Return where (F + 1,) the rows of each of F polygons start, given the polygon (M,) of each
     row in any order."""
-    starts: Ints = np.concatenate([[0], np.cumsum(np.bincount(polygon, minlength=polygons))])
-    return starts
+    return np.concatenate([[0], np.cumsum(np.bincount(polygon, minlength=polygons))])
 
 
 def _with_section_faces(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.draw.chart import FINER, Stroke, Words
-from workbench.draw.colours import INK, PAPER, Colour
+from workbench.draw.scene import INK, PAPER, Colour
 from workbench.draw.zones import LegendBox, Zones, add_legend
 from workbench.model.arrays import Bools, Floats
 

@@ -10,9 +10,8 @@ import numpy as np
 from PIL import Image
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import PAPER
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
-from workbench.draw.scene import Scene
+from workbench.draw.scene import PAPER, Scene
 from workbench.draw.visibility import render_buffers
 from workbench.model.arrays import Bools
 

@@ -16,9 +16,8 @@ import numpy as np
 from PIL import Image
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import FAMILIES, MARKS, Colour
 from workbench.draw.disks import ghost_strengths
-from workbench.draw.scene import Scene, SceneBody
+from workbench.draw.scene import FAMILIES, MARKS, Colour, Scene, SceneBody
 from workbench.draw.visibility import projected_disks
 from workbench.errors import MissingPartError, UsageError
 from workbench.model.arrays import Floats

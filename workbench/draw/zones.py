@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.draw.chart import FINER, Words
-from workbench.draw.colours import PAPER, Colour
+from workbench.draw.scene import PAPER, Colour
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.units import plain
 

@@ -248,8 +248,7 @@ def _numbers(table: _Table, column: str, faults: list[str]) -> Floats:
 def _absurd(measure: str, values: Floats) -> Bools:
     """(P,) where a measure [m; kg for mass] is not that of a person."""
     low, high = MEASURES[measure]
-    absurd: Bools = ~((values >= low) & (values <= high))
-    return absurd
+    return ~((values >= low) & (values <= high))
 
 
 def _absurd_words(

@@ -75,8 +75,7 @@ def pieces(part: RawPart) -> Ints:
     order, first = np.unique(label, return_index=True)
     rank = np.empty(int(order.max(initial=-1)) + 1, dtype=np.int64)
     rank[order[np.argsort(first)]] = np.arange(len(order))
-    found: Ints = rank[label]
-    return found
+    return rank[label]
 
 
 def face_parts(

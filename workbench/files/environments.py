@@ -68,6 +68,7 @@ __all__ = [
     "environment_from_mesh",
     "load_environment",
     "mesh_frame",
+    "part_rules",
     "seat_of",
     "size_doubts",
     "unknown_names",
@@ -93,7 +94,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
         raise InputError([*error.problems, *_faults_of_names(document, path.parent)]) from None
     parts, notes, sizes = _meshes(document, file, path.parent)
     names = [part.name for part in parts]
-    rules = _rules(file, names)
+    rules = part_rules(file, names)
     faults = unknown_names(document, names)
     faults += adjustment_faults(document, file, names)
     environment, open_parts = build_environment(
@@ -340,7 +341,7 @@ def _rule_path(file: EnvironmentFile, name: str) -> tuple[str, ...]:
     return ("parts", keys[-1], "solid") if keys else ("parts",)
 
 
-def _rules(file: EnvironmentFile, names: list[str]) -> list[PartFile]:
+def part_rules(file: EnvironmentFile, names: Sequence[str]) -> list[PartFile]:
     """The rule of each part: a rule for its own name goes before any pattern, a later pattern
     before an earlier."""
     chosen = {name: PartFile() for name in names}

@@ -180,8 +180,7 @@ def _axes(seat: Seat, name: str) -> Floats:
     else:
         c, s = math.cos(seat.cushion_angle), math.sin(seat.cushion_angle)
         axes = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    found: Floats = axes @ attitude_matrix(yaw=seat.yaw).T
-    return found
+    return axes @ attitude_matrix(yaw=seat.yaw).T
 
 
 def _met_first(seat: Seat, name: str, corners: Floats) -> float:

@@ -60,8 +60,7 @@ class Surface:
     @cached_property
     def corners(self) -> Floats:
         """(T, 3, 3)."""
-        found: Floats = self.vertices[self.faces]
-        return found
+        return self.vertices[self.faces]
 
     @cached_property
     def _crosses(self) -> Floats:
@@ -98,8 +97,7 @@ class Surface:
         """(N, 2) pairs of faces that share an edge over which a smooth surface goes on."""
         one, other = self.normal[self.edges.T]
         bend = np.abs(np.einsum("ij,ij->i", one, other))
-        found: Ints = self.edges[bend >= np.cos(BEND)]
-        return found
+        return self.edges[bend >= np.cos(BEND)]
 
     @cached_property
     def _regions(self) -> dict[int, Ints]:
@@ -234,5 +232,4 @@ def outline(faces: Ints) -> Ints:
     wide = int(faces.max(initial=0)) + 1
     key, count = np.unique(low * wide + high, return_counts=True)
     alone = key[count == 1]
-    found: Ints = np.stack([alone // wide, alone % wide], axis=1)
-    return found
+    return np.stack([alone // wide, alone % wide], axis=1)

@@ -47,5 +47,4 @@ def component_labels(one: Ints, other: Ints, count: int) -> Ints:
     """
     parent = np.arange(count)
     _join(one.astype(np.int64), other.astype(np.int64), parent)
-    found: Ints = np.unique(parent, return_inverse=True)[1].reshape(-1)
-    return found
+    return np.unique(parent, return_inverse=True)[1].reshape(-1)

@@ -78,8 +78,7 @@ def _beside(triangles: Floats, other: Floats, within: float) -> Floats:
     low = corners.min(axis=0) - within
     high = corners.max(axis=0) + within
     near = (triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)
-    found: Floats = triangles[near.all(axis=1)]
-    return found
+    return triangles[near.all(axis=1)]
 
 
 def _least_gap(one: Floats, other: Floats, most: float, enough: float) -> Floats:

@@ -23,19 +23,21 @@ from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
 from workbench.live.desk import busy_frame, fault_frame, kept_file, new_file, words_of
-from workbench.live.protocol import Question, packed
-from workbench.live.replies import Replies
+from workbench.live.protocol import Question, Replies, packed
 from workbench.model.arrays import Ints
 from workbench.model.units import plain
 from workbench.study.bench.history import Entry, History
 from workbench.study.describe.edits_files import (
     added_file,
+    agreed,
     files_beside,
+    floored,
+    framed,
     met_file,
     moved_file,
     removed_file,
+    scaled,
 )
-from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
 from workbench.study.describe.edits_seats import carried, faced
 from workbench.study.describe.edits_things import (

@@ -9,17 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from workbench.draw.colours import Colour
+from workbench.draw.scene import Colour
 from workbench.draw.web.place_mesh import CONTROL_PART, GLASS_PART, PLAIN_PART, SEAT_PART, ThinMesh
 from workbench.draw.web.views import WebPlace
 from workbench.errors import InputError
 from workbench.files.environment_controls import found_controls
 from workbench.files.environment_parts import MOST_PIECES, matching_parts
 from workbench.files.environment_schema import EnvironmentFile, PartFile
+from workbench.files.environments import part_rules
 from workbench.live.describe_protocol import GRIPS, UNITS, ZONES
 from workbench.live.protocol import packed
 from workbench.model.arrays import Floats
-from workbench.study.describe.edits_frame import AXES
+from workbench.study.describe.edits_files import AXES
 from workbench.study.describe.edits_parts import large_part, left_out
 from workbench.study.describe.state import (
     Description,
@@ -29,7 +30,7 @@ from workbench.study.describe.state import (
     standing_of,
 )
 
-__all__ = ["describe_hello", "description_frame", "drawn_place", "part_rules"]
+__all__ = ["describe_hello", "description_frame", "drawn_place"]
 
 MOST_LINES = 20_000
 """Border lines of what was picked that are sent."""
@@ -56,15 +57,6 @@ def describe_hello(opened: OpenPlace, person: str, *, saves: bool) -> bytes:
             "zones": ZONES,
         }
     )
-
-
-def part_rules(file: EnvironmentFile, names: Sequence[str]) -> list[PartFile]:
-    """The rule of each part, as `load_environment` has it: one for its own name goes before any
-    pattern."""
-    chosen = {name: PartFile() for name in names}
-    for key in sorted(file.parts, key=lambda key: key in chosen):
-        chosen |= dict.fromkeys(matching_parts(key, names), file.parts[key])
-    return list(chosen.values())
 
 
 def description_frame(

@@ -15,7 +15,7 @@ from workbench.live.protocol import (
     is_texts,
     one_valid,
 )
-from workbench.study.describe.edits_frame import AXES
+from workbench.study.describe.edits_files import AXES
 
 __all__ = ["DESCRIBE_VERBS", "GRIPS", "UNITS", "ZONES"]
 

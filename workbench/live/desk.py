@@ -27,8 +27,7 @@ from workbench.live.frames import (
     waiting_frame,
 )
 from workbench.live.looking import looking_verbs
-from workbench.live.protocol import VERBS, Question, packed
-from workbench.live.replies import Made, Replies, Work
+from workbench.live.protocol import VERBS, Made, Question, Replies, Work, packed
 from workbench.live.verbs import EDITS
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import looking_at
@@ -41,9 +40,8 @@ from workbench.study.bench.motions import (
     motions_judged,
 )
 from workbench.study.bench.near import Tolerances
-from workbench.study.bench.placing import Placement, placed_people
+from workbench.study.bench.placing import Placement, people_here, placed_people, sight_verdicts
 from workbench.study.bench.saving import save
-from workbench.study.bench.sights import people_here, sight_verdicts
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, open_study
 from workbench.study.people import Present, present_people
 

@@ -27,8 +27,7 @@ from workbench.live.filming import FPS, Film, FilmView
 from workbench.live.following import Following
 from workbench.live.frames import move_row, part_shifts
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
-from workbench.live.protocol import Question, packed
-from workbench.live.replies import Made, Replies, Work
+from workbench.live.protocol import Made, Question, Replies, Work, packed
 from workbench.model.arrays import Bools, Floats
 from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
@@ -39,9 +38,14 @@ from workbench.sight.panorama import look_out, lookout
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import check_motion
-from workbench.study.bench.placing import Placement, placed_environment, placed_people
+from workbench.study.bench.placing import (
+    Field,
+    Placement,
+    field_of,
+    placed_environment,
+    placed_people,
+)
 from workbench.study.bench.reaching import check_reach, reaching_situation
-from workbench.study.bench.sights import Field, field_of
 from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.envelope.envelope import situation_envelope
 

@@ -21,8 +21,7 @@ from workbench.draw.web.packing import Packing
 from workbench.draw.web.views import PEOPLE, WebBody, WebView
 from workbench.errors import InputError
 from workbench.live.frames import near_row
-from workbench.live.protocol import packed
-from workbench.live.replies import Made
+from workbench.live.protocol import Made, packed
 from workbench.model.arrays import Floats, Ints
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed

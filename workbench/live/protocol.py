@@ -3,7 +3,8 @@
 A question is a JSON object with a number `n`, a verb `do` and what the verb takes. An answer is laid
 out as a block of pictures is (`draw.web.packing`): the length of its header (four bytes,
 little-endian), the header as JSON, and the arrays that the header names, one after the other, of
-each the low bytes of all numbers first. Numbers are not rounded and not written as differences.
+each the low bytes of all numbers first. Numbers are not rounded and not written as differences. What
+a question comes to are frames that are sent at once, and work that takes longer.
 """
 
 from __future__ import annotations
@@ -12,22 +13,27 @@ import json
 import math
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError, one_of
+from workbench.live.filming import Film
 from workbench.posture.reaching.limbs import FEET, GRIPS, HANDS, ZONES
 
 __all__ = [
     "LONGEST",
     "SUBPROTOCOL",
     "VERBS",
+    "Made",
     "Question",
+    "Replies",
     "Taken",
     "Verbs",
+    "Work",
     "is_flag",
     "is_number",
     "is_point",
@@ -382,3 +388,45 @@ def unpacked(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         arrays[entry["name"]] = rows.view(kind).ravel()
         at += count * kind.itemsize
     return head, arrays
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """Frames for who asked, and the work that goes on from there; None where it is done."""
+
+    frames: list[bytes]
+    more: Work | None = None
+
+
+class Work(Protocol):
+    """Something that takes long, of a frozen state; it is done in a thread of its own.
+
+    A newer one of the same kind that the same page asks for takes its place.
+    """
+
+    @property
+    def kind(self) -> str:
+        """What it is, as a verb of the protocol."""
+
+    @property
+    def generation(self) -> int | None:
+        """The number of the state; what is left of it is dropped once the state is another. None
+        where it is of no state that changes."""
+
+    def made(self) -> Made:
+        """Do it, or a piece of it."""
+
+
+@dataclass
+class Replies:
+    """Frames for everybody, frames for who asked alone, whether the study is another now, what is to
+    be done for who asked, a film that is to be made, or ended, and the file of a study that is to be
+    opened in the place of what is open."""
+
+    everybody: list[bytes] = field(default_factory=list)
+    asker: list[bytes] = field(default_factory=list)
+    changed: bool = False
+    work: Work | None = None
+    film: Film | None = None
+    film_ends: bool = False
+    study: Path | None = None

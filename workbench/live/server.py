@@ -42,8 +42,16 @@ from workbench.live.desk import (
 from workbench.live.films import Films
 from workbench.live.guard import Application, Guard
 from workbench.live.pages import Page, PageClosedError, Waiting
-from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, Verbs, packed, parsed
-from workbench.live.replies import Replies, Work
+from workbench.live.protocol import (
+    LONGEST,
+    SUBPROTOCOL,
+    Question,
+    Replies,
+    Verbs,
+    Work,
+    packed,
+    parsed,
+)
 from workbench.threads import cores
 
 try:

@@ -9,8 +9,7 @@ from typing import Any
 from workbench.model.surroundings import Move
 from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.edits import Edit, adjusted_to, seated, shifted
-from workbench.study.bench.edits_joints import mirrored, turned
-from workbench.study.bench.edits_limbs import LimbTarget, reached
+from workbench.study.bench.edits_joints import LimbTarget, mirrored, reached, turned
 from workbench.study.bench.edits_people import SizeWanted, dressed, harnessed, sized
 from workbench.study.bench.edits_postures import Prediction, freed, posed, predicted
 from workbench.study.bench.placing import Placement

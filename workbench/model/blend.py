@@ -22,8 +22,7 @@ __all__ = ["blend_point", "distal", "enclosing_spheres", "settled", "swept_spher
 
 def distal(body: Body | Topology) -> Bools:
     """(S,) True where a sphere is blended across the joint above its own segment."""
-    above: Bools = (body.blend_joint >= 0) & (body.blend_joint == body.sphere_segment - 1)
-    return above
+    return (body.blend_joint >= 0) & (body.blend_joint == body.sphere_segment - 1)
 
 
 def blend_point(body: Body) -> Floats:

@@ -270,8 +270,7 @@ class Body:
     def source(self) -> tuple[Body, Ints] | None:
         """The body that this one was taken from, and which of its rows (B,) these are; None where it
         is not kept."""
-        found: tuple[Body, Ints] | None = self.__dict__.get(SOURCE)
-        return found
+        return self.__dict__.get(SOURCE)
 
     def segment(self, mnemonic: str) -> int:
         """Index of a segment by its mnemonic; InputError lists the valid ones."""

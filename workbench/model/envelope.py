@@ -200,5 +200,4 @@ def _tidy(points: Floats, faces: Ints) -> Ints:
         & (joined[:, 1] != joined[:, 2])
         & (joined[:, 2] != joined[:, 0])
     )
-    result: Ints = joined[whole]
-    return result
+    return joined[whole]

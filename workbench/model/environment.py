@@ -304,8 +304,7 @@ class Environment:
         return f"Environment({self.name}: {len(self.parts)} parts, {polygons}{doubts})"
 
     def _repr_html_(self) -> str | None:
-        html: str | None = above("draw.web.notebook", "notebook_html")(self)
-        return html
+        return above("draw.web.notebook", "notebook_html")(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -378,8 +377,7 @@ class Environment:
             If nothing is called so, something is moved twice or goes with a seat, or a displacement
             is none.
         """
-        found: Environment = above("files.study.stating", "moved_environment")(self, displacements)
-        return found
+        return above("files.study.stating", "moved_environment")(self, displacements)
 
     def to_trimesh(self) -> Any:
         """Return a trimesh.Scene with a mesh for each part, by its name, in metres; x is forward, y
@@ -429,8 +427,7 @@ class Environment:
         """(T, 3, 3) [m] the corners of the triangles of one part."""
         polygons = self.polygons(part)
         first, last = self.triangle_start[[polygons.start, polygons.stop]]
-        corners: Floats = self.vertices[self.triangles[first:last]]
-        return corners
+        return self.vertices[self.triangles[first:last]]
 
     @property
     def undecided(self) -> tuple[int, ...]:

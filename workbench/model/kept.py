@@ -100,5 +100,4 @@ def _kept(
     key = (function, args)
     if key not in kept:
         kept[key] = function(body, *args)
-    found: T = kept[key]
-    return found
+    return kept[key]

@@ -77,5 +77,4 @@ def _turn(a: Floats, b: Floats, p: Floats) -> Floats:
     """(n, m) twice the area of the triangles of sides a-b (n, 2) and points p (m, 2)."""
     side = (b - a)[:, None]
     way = p[None] - a[:, None]
-    turn: Floats = side[..., 0] * way[..., 1] - side[..., 1] * way[..., 0]
-    return turn
+    return side[..., 0] * way[..., 1] - side[..., 1] * way[..., 0]

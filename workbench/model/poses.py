@@ -10,10 +10,9 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.model.arguments import above, check_fields, check_index, chosen_rows
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, Spool, frozen, pieces
 from workbench.model.body import Body
 from workbench.model.quaternions import cross
-from workbench.model.spool import Spool, pieces
 
 __all__ = [
     "Placed",
@@ -113,8 +112,7 @@ class Placed:
         return f"Placed({len(self)} poses of {self.body!r})"
 
     def _repr_html_(self) -> str | None:
-        html: str | None = above("draw.web.notebook", "notebook_html")(self)
-        return html
+        return above("draw.web.notebook", "notebook_html")(self)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -146,7 +144,7 @@ class Placed:
 
 def stacked(parts: Iterable[Poses]) -> Poses:
     """One motion of parts that follow each other, all with times and the same reference segment; a
-    long one is kept in a file (`workbench.model.spool`). InputError where there is none, or they
+    long one is kept in a file (`workbench.model.arrays`). InputError where there is none, or they
     name different reference segments."""
     kept: tuple[Spool, Spool, Spool] | None = None
     reference = -1

@@ -168,8 +168,7 @@ def attitude_matrix(*, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) 
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
     about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    matrix: Floats = about_z @ about_y @ about_x
-    return matrix
+    return about_z @ about_y @ about_x
 
 
 def compose(body: Body, angles: Floats) -> Floats:

@@ -22,8 +22,7 @@ __all__ = [
 
 def conjugate(q: Floats) -> Floats:
     """The inverse rotations (..., 4)."""
-    inverse: Floats = q * np.array([1.0, -1.0, -1.0, -1.0])
-    return inverse
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def cross(a: Floats, b: Floats) -> Floats:

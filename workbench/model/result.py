@@ -623,8 +623,7 @@ class Result:
         return f"Result({self.study.name}: {', '.join(words) or 'nothing is asked'})"
 
     def _repr_html_(self) -> str:
-        html: str = above("report.notebook", "result_html")(self)
-        return html
+        return above("report.notebook", "result_html")(self)
 
     @checked
     def verdict(self, criterion: str) -> Verdict:

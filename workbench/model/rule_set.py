@@ -63,8 +63,7 @@ class RuleSet:
     def shaped(self, name: str, *shape: int | None) -> Floats:
         """A value that is an array of a shape, None for any length; InputError for another, and for
         a name that there is not."""
-        found: Floats = frozen(self[name], np.float64, shape, f"rule set {self.name}: {name}")
-        return found
+        return frozen(self[name], np.float64, shape, f"rule set {self.name}: {name}")
 
     def number(self, name: str) -> float:
         """A value that is one number; InputError as of `shaped`."""

@@ -331,8 +331,7 @@ class Study:
             "signals": signals,
             "contact_forces": contact_forces,
         }
-        changed: Study = above("files.study.stating", "changed_study")(self, given)
-        return changed
+        return above("files.study.stating", "changed_study")(self, given)
 
     def by_size(self) -> list[tuple[str, Study]]:
         """A study for each of the sizes that take a role one at a time, by their names; the study

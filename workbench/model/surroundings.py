@@ -337,8 +337,7 @@ def _together(environment: Environment, one: Adjustment, parts: Floats) -> Float
     """(3,) [m] by how much all parts of an adjustment are displaced; 0 where they part company."""
     own = parts[[environment.part_index(name) for name in one.parts]]
     same = len(own) > 0 and bool((own == own[0]).all())
-    found: Floats = own[0] if same else np.zeros(3)
-    return found
+    return own[0] if same else np.zeros(3)
 
 
 @dataclass(frozen=True, eq=False)

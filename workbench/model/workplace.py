@@ -51,8 +51,7 @@ class Stand:
         """(B, 3) [m] the points of the floor at positions (B, 2) [m], forward and left."""
         ahead = np.array([np.cos(self.yaw), np.sin(self.yaw), 0.0])
         left = np.array([-ahead[1], ahead[0], 0.0])
-        found: Floats = np.array(self.on) + positions[:, :1] * ahead + positions[:, 1:] * left
-        return found
+        return np.array(self.on) + positions[:, :1] * ahead + positions[:, 1:] * left
 
 
 @dataclass(frozen=True)

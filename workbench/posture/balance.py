@@ -93,8 +93,7 @@ def centre_of_mass(placed: Placed) -> Floats:
     if not np.all(total > 0.0):
         raise InputError(f"body {body.name} has no mass, so it has no balance")
     moment = np.einsum("pn,pni->pi", mass, placed.world_from_segment[..., 3])
-    centre: Floats = moment / total[:, None]
-    return centre
+    return moment / total[:, None]
 
 
 def sole_points(placed: Placed) -> list[Floats]:
@@ -109,8 +108,7 @@ def bearing(placed: Placed, spheres: Ints, toward: Floats) -> Bools:
     """(P, F) which of some spheres (F,) bear: True for those that come within `SOLE` of the farthest
     one in a direction (3,) of the world."""
     height = placed.centres[:, spheres] @ toward + placed.body.radius[placed.person][:, spheres]
-    bears: Bools = height > height.max(axis=1, keepdims=True) - SOLE
-    return bears
+    return height > height.max(axis=1, keepdims=True) - SOLE
 
 
 def foot_spheres(body: Body) -> Ints:
@@ -202,5 +200,4 @@ def hull_margins(points: Floats, bears: Bools, at: Floats) -> Floats:
 
 def _cross(a: Floats, b: Floats) -> Floats:
     """(P,) twice the areas of the triangles of vectors (P, 2), positive against the clock."""
-    area: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return area
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

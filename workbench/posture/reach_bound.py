@@ -59,8 +59,7 @@ class ReachBound:
         least: their distance from the nearest ball, 0 within one."""
         away = points[:, None] - self.centre[people]
         outside = np.sqrt(np.einsum("pgi,pgi->pg", away, away)) - self.radius[people]
-        least: Floats = np.maximum(outside.min(axis=1), 0.0)
-        return least
+        return np.maximum(outside.min(axis=1), 0.0)
 
 
 def reach_bound(body: Body, poses: Poses, limb: Limb) -> ReachBound:
@@ -104,8 +103,7 @@ def reach_bound(body: Body, poses: Poses, limb: Limb) -> ReachBound:
 
 def _turned(frame: Floats, vectors: Floats) -> Floats:
     """Vectors (B, G, 3) of frames (B, 3, 4) as they stand in the world."""
-    found: Floats = np.einsum("bij,bgj->bgi", frame[:, :, :3], vectors)
-    return found
+    return np.einsum("bij,bgj->bgi", frame[:, :, :3], vectors)
 
 
 def _cells(stops: Stops, joint: int) -> tuple[Floats, float, float]:

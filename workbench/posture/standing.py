@@ -37,10 +37,10 @@ from workbench.posture.balance import (
 )
 from workbench.posture.kernels.past_stops import StopPack
 from workbench.posture.kernels.standing import NUMBERS, STEPS, Stander, Standing, solve_standing
-from workbench.posture.packed_stops import packed_stops
 from workbench.posture.reaching.chains import on_grid
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import HANDS, limb
+from workbench.posture.stops import packed_stops
 from workbench.threads import in_pieces
 
 __all__ = ["BALANCE_MARGIN", "STANDS_AT", "StandingPosture", "standing_posture"]
@@ -336,12 +336,11 @@ def _starts(body: Body, stander: Stander, mode: Floats) -> Floats:
 
 def _stands(numbers: Floats) -> Bools:
     """Whether postures keep feet, balance and stops; numbers (..., NUMBERS)."""
-    found: Bools = (
+    return (
         (numbers[..., 2] < STANDS_AT)
         & (numbers[..., 3] > -STANDS_AT)
         & (numbers[..., 4] < DRAWN_IN)
     )
-    return found
 
 
 def _best(numbers: Floats) -> int:
@@ -370,5 +369,4 @@ def _tips(placed: Placed, stander: Stander, hand: int) -> Floats:
     """(P, 3) [m] where the point of a hand that arrives is."""
     frame = placed.world_from_segment[:, stander.hands[hand]]
     tip = stander.tips[placed.person, hand]
-    at: Floats = np.einsum("pij,pj->pi", frame[:, :, :3], tip) + frame[:, :, 3]
-    return at
+    return np.einsum("pij,pj->pi", frame[:, :, :3], tip) + frame[:, :, 3]

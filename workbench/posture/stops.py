@@ -26,13 +26,13 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest
-from workbench.model.stops import StopKind
+from workbench.model.stops import StopKind, Stops
+from workbench.posture.kernels.past_stops import StopPack
 from workbench.posture.kernels.stop_law import (
     SMALLEST_LIMIT,
     nearest_on_cones,
     nearest_on_polygons,
 )
-from workbench.posture.packed_stops import polygon_sides
 
 __all__ = [
     "StopMargins",
@@ -40,9 +40,82 @@ __all__ = [
     "nearest_legal",
     "nearest_on_cone",
     "nearest_on_polygon",
+    "packed_stops",
+    "polygon_sides",
     "stop_limits",
     "stops",
 ]
+
+
+def packed_stops(body: Body) -> StopPack:
+    """Pack the joint stops of a body as the arrays that the kernel `past_stops` reads."""
+    stops = body.stops
+    couplings = [
+        [c.joint, c.axis, c.side, c.driver_joint, c.driver_axis, *c.driver_angle, *c.limit]
+        for c in stops.couplings
+    ]
+    sides, corners = _polygons(stops)
+    return StopPack(
+        kind=stops.kind,
+        axes=stops.axes,
+        limits=stops.limits,
+        play=stops.play,
+        coupling=np.array(couplings, dtype=np.float64).reshape(-1, 9),
+        sides=sides,
+        corners=corners,
+        limb=stops.limb,
+        before=_joints_before(body),
+    )
+
+
+def _polygons(stops: Stops) -> tuple[Floats, Ints]:
+    """Sides (J, V, 5, 3) and numbers of corners (J,) of the spherical polygons; 0 for others."""
+    joints = len(stops.kind)
+    polygonal = np.flatnonzero(stops.kind == StopKind.POLYGON)
+    most = max((len(stops.polygon[j]) for j in polygonal), default=1)
+    sides = np.zeros((joints, most, 5, 3))
+    corners = np.zeros(joints, dtype=np.int64)
+    for j in polygonal:
+        corners[j] = len(stops.polygon[j])
+        sides[j, : corners[j]] = polygon_sides(stops.polygon[j], stops.polygon_centre[j])
+    return sides, corners
+
+
+def _joints_before(body: Body) -> Ints:
+    """(J, B) joints from a polygon's frame to its joint, padded with -1; none for other kinds."""
+    chains = [
+        _chain_before(body, j) if body.stops.kind[j] == StopKind.POLYGON else []
+        for j in range(len(body.joints))
+    ]
+    longest = max((len(chain) for chain in chains), default=0)
+    padded = [chain + [-1] * (longest - len(chain)) for chain in chains]
+    return np.array(padded, dtype=np.int64).reshape(len(chains), longest)
+
+
+def _chain_before(body: Body, joint: int) -> list[int]:
+    """The joints from the frame of a joint's polygon to the joint, without itself."""
+    segment = int(body.parent[joint + 1])
+    chain = list[int]()
+    while segment != body.stops.polygon_frame[joint]:
+        chain.insert(0, segment - 1)
+        segment = int(body.parent[segment])
+    return chain
+
+
+def polygon_sides(corner: Floats, centre: Floats) -> Floats:
+    """(V, 5, 3) sides of a spherical polygon with corners (V, 3) about a centre (3,).
+
+    A side has its first corner, its inward normal, the normals of its two ends, and the normal of
+    the plane through centre and corner.
+    """
+    following = np.roll(corner, -1, axis=0)
+    inward = np.cross(corner, following)
+    inward /= np.linalg.norm(inward, axis=1, keepdims=True)
+    spoke = np.cross(centre, corner)
+    return np.stack(
+        [corner, inward, np.cross(inward, corner), np.cross(following, inward), spoke], axis=1
+    )
+
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -232,15 +305,13 @@ def nearest_on_polygon(direction: Floats, polygon: Floats, centre: Floats) -> tu
 
 
 def _joints_of_kind(body: Body, kind: StopKind) -> list[int]:
-    joints: list[int] = np.flatnonzero(body.stops.kind == kind).tolist()
-    return joints
+    return np.flatnonzero(body.stops.kind == kind).tolist()
 
 
 def _outside_cone(swing: Floats, limits: Floats) -> Bools:
     """(P,) whether swings (P, 2) are outside their cones: (s1 / L1)^2 + (s2 / L2)^2 > 1."""
     half = np.maximum(np.where(swing >= 0, limits[..., 0], limits[..., 1]), SMALLEST_LIMIT)
-    outside: Bools = np.sum((swing / half) ** 2, axis=-1) > 1.0
-    return outside
+    return np.sum((swing / half) ** 2, axis=-1) > 1.0
 
 
 def _clamped(body: Body, angles: Floats, limits: Floats) -> Floats:

@@ -16,8 +16,7 @@ from workbench.draw.chart import Chart, chart_svg
 from workbench.draw.directions import Outlook, direction_chart
 from workbench.draw.disks import disks
 from workbench.draw.eye_view import eyes_camera, onlooker, outlook, ruled, without_head
-from workbench.draw.ground_plan import ground_level, ground_plan
-from workbench.draw.mirror_plan import mirror_plan
+from workbench.draw.ground_plan import ground_level, ground_plan, mirror_plan
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.two_eyes import both_eyes
 from workbench.draw.web.snippet import picture_address

@@ -193,8 +193,7 @@ def face_directions(axes: Floats, face: int, n: int) -> Floats:
     """Return the directions (n, n, 3), not of unit length, of the middles of a face's pixels."""
     middle = (np.arange(n) + 0.5) * (2.0 / n) - 1.0
     right, above, ahead = FACES[face] @ axes
-    way: Floats = ahead + middle[None, :, None] * right - middle[:, None, None] * above
-    return way
+    return ahead + middle[None, :, None] * right - middle[:, None, None] * above
 
 
 def pixels_of(step: float) -> int:

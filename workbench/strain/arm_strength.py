@@ -96,8 +96,7 @@ class HandStrength:
     def capable(self, force: ArrayLike) -> Floats:
         """(P,) the share of such people that exert a force [N], one or (P,): 1 - Phi((F - g - m) / s)."""
         given = for_rows(force, np.float64, (), rows=len(self.mean), what="force")
-        share: Floats = ndtr((self.mean + self.gravity - given) / self.deviation)
-        return share
+        return ndtr((self.mean + self.gravity - given) / self.deviation)
 
     def strength(self, share: float) -> Floats:
         """(P,) [N] what a share of such people exerts at least; never below 0. InputError where that
@@ -210,8 +209,7 @@ def given_directions(direction: ArrayLike, count: int, what: str) -> Floats:
     length = np.linalg.norm(way, axis=1, keepdims=True)
     if not np.all(length > 0.0):
         raise InputError(f"{what}: a force needs a direction, got (0, 0, 0)")
-    unit: Floats = way / length
-    return unit
+    return way / length
 
 
 def _shoulder_frame(arms: Arms) -> Floats:
@@ -230,8 +228,7 @@ def _unit(vectors: Floats) -> Floats:
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     if not np.all(length > 1e-9):
         raise InputError("arms: shoulders, neck and low back must be at different places")
-    unit: Floats = vectors / length
-    return unit
+    return vectors / length
 
 
 def arm_net(place: Floats, force: Floats, rules: RuleSet) -> Floats:
@@ -281,5 +278,4 @@ def _gravity(arms: Arms, way: Floats, rules: RuleSet) -> Floats:
     length = np.linalg.norm(toward, axis=1, keepdims=True)
     unit = np.divide(toward, length, out=np.zeros_like(toward), where=length > 0.0)
     size = np.linalg.norm(moment, axis=1) / np.maximum(np.linalg.norm(reach, axis=1), 1e-9)
-    added: Floats = size * np.sum(unit * way, axis=1)
-    return added
+    return size * np.sum(unit * way, axis=1)

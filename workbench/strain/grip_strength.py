@@ -51,8 +51,7 @@ class GripStrength:
         rows = np.arange(len(k))
         low, high = self.forces[rows, k], self.forces[rows, k + 1]
         rise = (self.scores[k + 1] - self.scores[k]) / (high - low)
-        share: Floats = ndtr(-(self.scores[k] + rise * (given - low)))
-        return share
+        return ndtr(-(self.scores[k] + rise * (given - low)))
 
     def strength(self, share: float) -> Floats:
         """(P,) [N] what a share of such people closes a hand with at least; never below 0.

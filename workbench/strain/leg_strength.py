@@ -96,8 +96,7 @@ class FootStrength:
             score = 0.5 * (low + high)
             enough = self._at(score) >= given
             low, high = np.where(enough, score, low), np.where(enough, high, score)
-        share: Floats = ndtr(low)
-        return share
+        return ndtr(low)
 
     def strength(self, share: float) -> Floats:
         """(P,) [N] what a share of such people exerts at least; never below 0. InputError where that
@@ -236,8 +235,7 @@ def largest_push(levers: Floats, moments: Floats, lean: float) -> tuple[Floats, 
 
 def _foot_points(placed: Placed, foot: str) -> Floats:
     """(P, 3) [m] the centres of gravity of feet."""
-    points: Floats = placed.world_from_segment[:, placed.body.segment(foot), :, 3]
-    return points
+    return placed.world_from_segment[:, placed.body.segment(foot), :, 3]
 
 
 def _levers(placed: Placed, names: tuple[str, ...], point: Floats, way: Floats) -> Floats:
@@ -248,8 +246,7 @@ def _levers(placed: Placed, names: tuple[str, ...], point: Floats, way: Floats) 
     parents = [body.segment(name) for name in names[:3]]
     axes = placed.world_from_segment[..., 1][:, parents] * np.array(_SENSE)[:, None]
     arms = point[:, None] - joint_points(placed, joints)
-    levers: Floats = np.einsum("pji,pji->pj", axes, cross(arms, way[:, None]))
-    return levers
+    return np.einsum("pji,pji->pj", axes, cross(arms, way[:, None]))
 
 
 def joint_moments(

@@ -17,9 +17,9 @@ import numpy as np
 
 from workbench.files.study.rules import rule_set
 from workbench.model.arrays import Ints
+from workbench.model.criterion import Work
 from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
-from workbench.model.work import Work
 from workbench.strain.posture_score import (
     EDGE,
     Part,

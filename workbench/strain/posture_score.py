@@ -9,8 +9,8 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.criterion import Work
 from workbench.model.rule_set import RuleSet
-from workbench.model.work import Work
 from workbench.strain.working_angles import WorkingAngles
 
 __all__ = [
@@ -174,8 +174,7 @@ def posture_score(
 def _nearest(part: Part, counted: Bools) -> Floats:
     """(P,) [rad] the least distance over the sides that count (P, 2)."""
     distance = part.distance if part.distance.ndim == 2 else part.distance[:, None]
-    least: Floats = np.where(counted, distance, np.inf).min(axis=1)
-    return least
+    return np.where(counted, distance, np.inf).min(axis=1)
 
 
 def _both(part: Part | Ints, count: int) -> Ints:

@@ -383,8 +383,7 @@ def _joint_moments(placed: Placed, force: Floats, moment: Floats) -> Floats:
     child = placed.world_from_segment[:, 1:]
     local = body.joint_in_child[placed.person]
     centre = np.einsum("pjik,pjk->pji", child[..., :3], local) + child[..., 3]
-    found: Floats = cross(centre, forces) - moments
-    return found
+    return cross(centre, forces) - moments
 
 
 def _beyond(body: Body) -> Floats:
@@ -399,5 +398,4 @@ def _about_axes(placed: Placed, moment: Floats) -> Floats:
     """(P, J, 3) [Nm] moments about the joints' axes, which turn with the parents."""
     parent = placed.world_from_segment[:, placed.body.parent[1:], :, :3]
     axes = np.einsum("pjik,jak->pjai", parent, placed.body.stops.axes)
-    found: Floats = np.einsum("pjai,pji->pja", axes, moment)
-    return found
+    return np.einsum("pjai,pji->pja", axes, moment)

@@ -148,20 +148,17 @@ def joint_points(placed: Placed, joints: list[int]) -> Floats:
     parent = placed.body.parent[np.array(joints) + 1]
     world = placed.world_from_segment[:, parent]
     local = placed.body.joint_in_parent[:, joints][placed.person]
-    points: Floats = np.einsum("pkij,pkj->pki", world[..., :3], local) + world[..., 3]
-    return points
+    return np.einsum("pkij,pkj->pki", world[..., :3], local) + world[..., 3]
 
 
 def _axes(placed: Placed, name: str) -> Floats:
     """(P, 3, 3) world from segment."""
-    axes: Floats = placed.world_from_segment[:, placed.body.segment(name), :, :3]
-    return axes
+    return placed.world_from_segment[:, placed.body.segment(name), :, :3]
 
 
 def _between(parent: Floats, child: Floats) -> Floats:
     """(P, 3, 3) parent from child."""
-    between: Floats = parent.transpose(0, 2, 1) @ child
-    return between
+    return parent.transpose(0, 2, 1) @ child
 
 
 def _twist(between: Floats) -> Floats:
@@ -177,8 +174,7 @@ def _trunk_line(placed: Placed) -> Floats:
     body = placed.body
     points = joint_points(placed, [body.joint(name) for name in ("LH", "RH", "NP")])
     line = points[:, 2] - 0.5 * (points[:, 0] + points[:, 1])
-    unit: Floats = line / np.linalg.norm(line, axis=1, keepdims=True)
-    return unit
+    return line / np.linalg.norm(line, axis=1, keepdims=True)
 
 
 def _upright(placed: Placed) -> Floats:
@@ -188,8 +184,7 @@ def _upright(placed: Placed) -> Floats:
     origins = body.zero_origins
     low = origins[:, body.parent[hips[0] + 1]] + body.joint_in_parent[:, hips].mean(axis=1)
     line = origins[:, body.parent[neck + 1]] + body.joint_in_parent[:, neck] - low
-    lean: Floats = np.arctan2(line[:, 0], line[:, 2])[placed.person]
-    return lean
+    return np.arctan2(line[:, 0], line[:, 2])[placed.person]
 
 
 def _upper_arm(frames: dict[str, Floats], side: str) -> dict[str, Floats]:

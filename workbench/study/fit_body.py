@@ -136,8 +136,7 @@ def _from_bone(points: Floats, start: Floats, tip: Floats) -> Floats:
     """Distance (n,) [m] of points (n, 3) from a bone."""
     bone = tip - start
     share = np.clip((points - start) @ bone / (bone @ bone), 0.0, 1.0)
-    found: Floats = np.linalg.norm(points - start - share[:, None] * bone, axis=1)
-    return found
+    return np.linalg.norm(points - start - share[:, None] * bone, axis=1)
 
 
 def spheres_in_frames(
@@ -464,5 +463,4 @@ def _centroid(surface: Surface) -> Floats:
     """(3,) centre of the volume: the mean of the tetrahedra from the origin to each face."""
     corner = surface.vertices[surface.faces]
     weight = np.einsum("tc,tc->t", corner[:, 0], np.cross(corner[:, 1], corner[:, 2]))
-    middle: Floats = weight @ corner.sum(axis=1) / (4 * weight.sum())
-    return middle
+    return weight @ corner.sum(axis=1) / (4 * weight.sum())

@@ -10,14 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from workbench.body.scaling.morph import lengthened
-from workbench.contact.clearance_pairs import clearance_of_pairs
+from workbench.contact.clearance_pairs import clearance_of_pairs, room_of_segments, rooms_by_mover
 from workbench.contact.kernels.search import Nearest
-from workbench.contact.movers import room_of_segments, rooms_by_mover
 from workbench.errors import InputError
 from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
 from workbench.files.motions.opensim import Coordinates, coordinate_poses
 from workbench.files.motions.reading import Recorded, read_motion
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.laban import Score
@@ -25,7 +24,6 @@ from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed, Poses, stacked
 from workbench.model.posing import attitude_matrix
-from workbench.model.spool import pieces
 from workbench.model.surroundings import Surroundings
 from workbench.motion.laban.laban import score_poses
 from workbench.motion.recorded.doubts import motion_doubts

@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from workbench.body.people.conditional import condition, improbability
+from workbench.body.people.conditional import Scores, condition, improbability, scores_of
 from workbench.body.people.growth import growth_percentile, growth_values
 from workbench.body.people.percentile import percentile_values
-from workbench.body.people.scores import Scores, scores_of
 from workbench.body.scaling.measure import MEASURES, measure
 from workbench.body.scaling.scale import morph_to, scale
 from workbench.body.scaling.seated import seated

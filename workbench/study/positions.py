@@ -552,8 +552,7 @@ def _scan_changed(search: _Search, positions: Floats, before: Before) -> None:
 def _at_the_setting(before: Before, setting: Floats) -> Bools:
     """(B, W) which places to try again are of a setting (A,)."""
     same = (np.abs(before.again[:, :, :-2] - setting) < SAME_SETTING).all(axis=2)
-    found: Bools = same & ~np.isnan(before.again[:, :, -1])
-    return found
+    return same & ~np.isnan(before.again[:, :, -1])
 
 
 def _outside(positions: Floats, travel: Floats) -> Bools:
@@ -589,8 +588,7 @@ def _movable(place: Workplace, asked: Sequence[Asked]) -> Bools:
 def _score(margin: Floats, counted: Bools) -> Floats:
     """(B,) [m] the least margin of some requirements (R,), or of some of each person (B, R)."""
     known = np.where(np.isnan(margin) | ~counted, np.inf, margin)
-    score: Floats = known.min(axis=1, initial=np.inf)
-    return score
+    return known.min(axis=1, initial=np.inf)
 
 
 def _met_sets(margin: Floats, members: Bools) -> Bools:
@@ -990,8 +988,7 @@ def _try_neighbours(search: _Search, people: Ints, step: float) -> None:
 def _within_travel(search: _Search, positions: Floats) -> Floats:
     """Positions (N, 2) [m], brought into the travel of the seat."""
     low, high = np.array(search.place.travel).T
-    inside: Floats = np.clip(positions, low, high)
-    return inside
+    return np.clip(positions, low, high)
 
 
 def _try_close(search: _Search) -> None:

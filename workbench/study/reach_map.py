@@ -23,11 +23,10 @@ from numpy.typing import ArrayLike, NDArray
 from workbench.errors import UsageError
 from workbench.geometry.sampling import even_places
 from workbench.model.accommodation import MAP_POINTS, MapTask, ReachMap
-from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints, pieces
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, row_for_each
-from workbench.model.spool import pieces
 from workbench.posture.reach_bound import reach_bound
 from workbench.posture.reaching.limbs import HANDS, Limb, limb, limbs_there, tighter
 from workbench.posture.reaching.reach import reach

@@ -84,8 +84,7 @@ def settings_of(place: Workplace) -> Floats:
     size = np.array([one.travel[1] - one.travel[0] for one in adjustments])
     way = np.linalg.norm((every - nominal) / size, axis=1)
     order = np.argsort(np.round(way, DECIMALS), kind="stable")
-    settings: Floats = every[order[way[order] > 0]]
-    return settings
+    return every[order[way[order] > 0]]
 
 
 def at_setting(place: Workplace, setting: Sequence[float] | Floats) -> Workplace:

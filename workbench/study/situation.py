@@ -803,8 +803,7 @@ def moved_by(body: Body, turned: Bools) -> Bools:
     moved = _beyond(body, turned)
     shared = turned[body.blend_joint] & (body.blend_joint >= 0)
     twisted = turned[body.topology.twist_joint] & (body.topology.twist_joint >= 0)
-    found: Bools = (moved | twisted)[body.sphere_segment] | shared
-    return found
+    return (moved | twisted)[body.sphere_segment] | shared
 
 
 def _beyond(body: Body, turned: Bools) -> Bools:

@@ -233,5 +233,4 @@ def corner_normals(surface: Surface) -> Floats:
     normal = np.zeros_like(surface.vertices)
     for k in range(3):
         normal[surface.faces[solid.face, k]] = solid.normal[:, 1 + k]
-    unit: Floats = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-12)[:, None]
-    return unit
+    return normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-12)[:, None]

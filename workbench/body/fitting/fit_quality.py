@@ -180,5 +180,4 @@ def exposed_points(centre: Floats, radius: Floats, count: int) -> Floats:
     unit = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height])
     point: Floats = centre[owner] + radius[owner][:, None] * unit
     point = point[morton_order(point)]
-    shown: Floats = point[union_field(point, centre, radius)[0] > -1e-9]
-    return shown
+    return point[union_field(point, centre, radius)[0] > -1e-9]

@@ -191,8 +191,7 @@ def _inner_targets(balls: Candidates, limits: Limits) -> Targets:
 
 def packed(member: Bools) -> Ints:
     """Return the bits (n,) of the segments that are True in each row (n, N)."""
-    bits: Ints = (member * (np.int64(1) << np.arange(member.shape[1]))).sum(axis=1)
-    return bits
+    return (member * (np.int64(1) << np.arange(member.shape[1]))).sum(axis=1)
 
 
 def singles(bits: Ints, count: int) -> tuple[Ints, Ints]:

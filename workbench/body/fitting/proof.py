@@ -322,7 +322,6 @@ def _icosahedron() -> Floats:
     ring = np.array([np.roll(p, k) for k in range(3) for p in points]) / np.sqrt(1 + _GOLDEN**2)
     near = ring @ ring.T > 0.4
     triples = [(i, j, k) for i in range(12) for j in range(i) for k in range(j)]
-    faces: Floats = ring[
+    return ring[
         np.array([(i, j, k) for i, j, k in triples if near[i, j] and near[j, k] and near[i, k]])
     ]
-    return faces

@@ -92,8 +92,7 @@ class Regions:
             own = self.sphere_owner == owner
             far = cdist(points, self.centre[own]) - self.radius[own]
             found[:, owner] = far.min(axis=1, initial=np.inf)
-        away: Floats = np.maximum(1.0 + found / _LIMB, _WITHIN)
-        return away
+        return np.maximum(1.0 + found / _LIMB, _WITHIN)
 
     def reach(self, points: Floats, bits: Ints) -> Floats:
         """Return how deep (n,) [m] under each point (n, 3) the centre of a segment's sphere may be.
@@ -116,20 +115,17 @@ class Regions:
         mine = np.where((bits[:, None] >> np.arange(self.count)) & 1 == 1, found, np.inf).min(
             axis=1
         )
-        far: Bools = mine - found.min(axis=1) > _FOREIGN
-        return far
+        return mine - found.min(axis=1) > _FOREIGN
 
     def number(self, points: Floats) -> Ints:
         """Return the segment (n,) to which each point (n, 3) belongs."""
         if self.count == 1:
             return np.zeros(len(points), dtype=np.int64)
-        segment: Ints = self.measure(points).argmin(axis=1)
-        return segment
+        return self.measure(points).argmin(axis=1)
 
     def own(self, points: Floats) -> Ints:
         """Return the bit (n,) of the segment to which each point (n, 3) belongs."""
-        bit: Ints = np.int64(1) << self.number(points)
-        return bit
+        return np.int64(1) << self.number(points)
 
     def shared(self, points: Floats) -> Bools:
         """Return the segments (n, N) whose spheres must each hold a point (n, 3).

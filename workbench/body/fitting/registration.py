@@ -253,8 +253,7 @@ def _as_tall(basis: ShapeBasis, z: Floats, covariance: Floats, height: float) ->
     rate = rate - detail.centre_basis[:, low, 2] + detail.radius_basis[:, low]
     now = top[high] - bottom[low] + z @ rate
     toward = covariance @ rate
-    likely: Floats = z + toward * (height - now) / (rate @ toward)
-    return likely
+    return z + toward * (height - now) / (rate @ toward)
 
 
 def _start(problem: _Problem, arm: float, leg: float) -> _State:

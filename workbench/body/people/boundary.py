@@ -22,9 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.body.people.conditional import condition
+from workbench.body.people.conditional import Scores, condition, scores_of
 from workbench.body.people.percentile import quantiles
-from workbench.body.people.scores import Scores, scores_of
 from workbench.errors import InputError
 from workbench.model.arguments import short_repr
 from workbench.model.arrays import Floats

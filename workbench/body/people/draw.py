@@ -31,8 +31,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.body.people.conditional import condition
-from workbench.body.people.scores import Scores, normal_scores, scores_of
+from workbench.body.people.conditional import Scores, condition, normal_scores, scores_of
 from workbench.body.people.share import effective_count
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.body.people.scores import scores_of
+from workbench.body.people.conditional import scores_of
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.population import Population, PopulationModel, sex_index

@@ -389,10 +389,7 @@ def _solve(
     wanted = np.array([value - manikin.value(length) for length, value in both])
     give = np.repeat([_HARD_GIVE, _SOFT_GIVE[space.family > 0]], [len(hard), len(soft)])
     direction = space.cheap @ rows.T
-    solution: Floats = values + direction @ np.linalg.solve(
-        rows @ direction + np.diag(give), wanted
-    )
-    return solution
+    return values + direction @ np.linalg.solve(rows @ direction + np.diag(give), wanted)
 
 
 _ENCLOSING_STEPS = 6

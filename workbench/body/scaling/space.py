@@ -119,8 +119,7 @@ class ShapeSpace:
 
 def volumes(body: Body, shape: Shape) -> Floats:
     """Return the volume (N,) [m3] of the union of each segment's spheres."""
-    found: Floats = union_volumes(shape.centre, shape.radius, body.start, _VOLUME_LINES)
-    return found
+    return union_volumes(shape.centre, shape.radius, body.start, _VOLUME_LINES)
 
 
 @lru_cache(maxsize=16)

@@ -195,5 +195,4 @@ def stretch_price(body: Body, groups: Ints) -> Floats:
             difference = unit[PARAMETERS * one + 3] - unit[PARAMETERS * other + 3]
             rows.append(_NEIGHBOUR_WEIGHT * difference)
     stacked = np.array(rows)
-    price: Floats = stacked.T @ stacked
-    return price
+    return stacked.T @ stacked

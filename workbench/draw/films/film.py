@@ -24,9 +24,8 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INK, PAPER
 from workbench.draw.marks.layout import TEXT_SIZE
-from workbench.draw.scene import Scene, SceneBody
+from workbench.draw.scene import INK, PAPER, Scene, SceneBody
 from workbench.errors import InputError, MissingPartError, UsageError, one_of
 from workbench.files.output_file import staged
 from workbench.model.arrays import Floats
@@ -316,8 +315,7 @@ def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> 
             f"film: {end - start:g} s at {fps:g} frames/s and speed {speed:g} would be {count} frames; "
             f"1 to {MAX_FRAMES} are possible"
         )
-    times: Floats = start + np.arange(count, dtype=np.float64) * (speed / fps)
-    return times
+    return start + np.arange(count, dtype=np.float64) * (speed / fps)
 
 
 def scene_at(scene: Scene, frame: int, *, trail: int = 0, every: int = 1) -> Scene:

@@ -8,8 +8,8 @@ from xml.sax.saxutils import escape
 
 from PIL import Image, ImageDraw, ImageFont
 
-from workbench.draw.colours import INK, PAPER, hexadecimal
 from workbench.draw.marks.layout import FONT, TEXT_SIZE
+from workbench.draw.scene import INK, PAPER, hexadecimal
 from workbench.errors import UsageError
 
 __all__ = ["strip_image", "strip_svg"]

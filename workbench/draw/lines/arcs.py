@@ -83,15 +83,13 @@ def arc_points(arcs: Arcs, which: Ints, angle: Floats) -> Floats:
     y = arcs.disk[which, 2] * ratio * np.sin(angle)
     if arcs.tilt.any():
         x, y = x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
-    points: Floats = arcs.disk[which, :2] + np.column_stack([x, y])
-    return points
+    return arcs.disk[which, :2] + np.column_stack([x, y])
 
 
 def arc_lengths(arcs: Arcs) -> Floats:
     """Return the length (A,) [pixels] of each arc; within a few per cent for flat ellipses."""
     width = arcs.angle[:, 1] - arcs.angle[:, 0]
-    lengths: Floats = width * arcs.disk[:, 2] * np.sqrt((1.0 + arcs.squeeze[:, 0] ** 2) / 2.0)
-    return lengths
+    return width * arcs.disk[:, 2] * np.sqrt((1.0 + arcs.squeeze[:, 0] ** 2) / 2.0)
 
 
 def outline_arcs(

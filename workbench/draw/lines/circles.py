@@ -8,13 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.draw.camera import Camera, projective_depth
-from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.lines.arcs import rim_ellipses, rim_planes
 from workbench.draw.lines.hidden_lines import Surroundings, ellipse_frames, surroundings
 from workbench.draw.lines.occlusion import hidden_arcs
 from workbench.draw.lines.outline import ghost_paths
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
-from workbench.draw.scene import Scene
+from workbench.draw.scene import INKS, PAPER, Scene, hexadecimal
 from workbench.draw.visibility import Disks, depth_share, projected_disks
 from workbench.model.arrays import Floats, Ints
 

@@ -309,8 +309,7 @@ def _seen_boxes(ends: Floats, balls: Floats, distance: float) -> tuple[Floats, F
 
 def _dot(a: Floats, b: Floats) -> Floats:
     """Return the products (K,) of vectors (K, 3)."""
-    product: Floats = np.einsum("ij,ij->i", a, b)
-    return product
+    return np.einsum("ij,ij->i", a, b)
 
 
 def _within(one: Floats, other: Floats) -> Floats:

@@ -20,12 +20,11 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.disks import ghost_strengths
 from workbench.draw.lines.arcs import Arcs, arc_lengths, arc_points, outline_arcs
 from workbench.draw.lines.hidden_lines import split_hidden_arcs, surroundings
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
-from workbench.draw.scene import Scene
+from workbench.draw.scene import INKS, PAPER, Scene, hexadecimal
 from workbench.draw.visibility import projected_disks
 from workbench.geometry.box_pairs import box_pairs, in_ranges
 from workbench.model.arrays import Bools, Floats, Ints

@@ -11,10 +11,9 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import PAPER, SECTION, hexadecimal
 from workbench.draw.lines.edges import Lines
 from workbench.draw.marks.pictures import svg_bar, svg_key, svg_marks
-from workbench.draw.scene import Scene
+from workbench.draw.scene import PAPER, SECTION, Scene, hexadecimal
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 

@@ -103,12 +103,10 @@ def _keeps_apart(near: Clearance) -> Bools:
     """Return which (N, K) pairs must not touch: pairs without an allowance, and segments that are
     neither the same nor neighbours."""
     if isinstance(near.other, Environment):
-        kept: Bools = (allowed_depth(near.body, near.other) == 0.0) & ~near.other.hidden[None, :]
-        return kept
+        return (allowed_depth(near.body, near.other) == 0.0) & ~near.other.hidden[None, :]
     if near.body is not near.other:
         return np.ones(near.distance.shape[1:], dtype=np.bool_)
-    apart: Bools = ~near.body.adjacent
-    return apart
+    return ~near.body.adjacent
 
 
 def dimension(

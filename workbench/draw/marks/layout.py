@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.draw.camera import Camera, project
-from workbench.draw.colours import MARKS, Colour
-from workbench.draw.scene import Mark, Scene
+from workbench.draw.scene import MARKS, Colour, Mark, Scene
 from workbench.model.arrays import Floats
 
 __all__ = [

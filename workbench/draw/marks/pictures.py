@@ -8,7 +8,6 @@ from xml.sax.saxutils import escape
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INK, INKS, PAPER, Colour, hexadecimal
 from workbench.draw.marks.layout import (
     FONT,
     TEXT_SIZE,
@@ -18,7 +17,7 @@ from workbench.draw.marks.layout import (
     mark_shapes,
     scale_bar,
 )
-from workbench.draw.scene import Scene
+from workbench.draw.scene import INK, INKS, PAPER, Colour, Scene, hexadecimal
 
 __all__ = ["paint_mark_shapes", "paint_mark_texts", "svg_bar", "svg_key", "svg_marks"]
 

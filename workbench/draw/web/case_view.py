@@ -78,8 +78,7 @@ def _failing(result: PosturesFound, person: PersonFound, case: int) -> list[int]
 def _beyond(contacts: Contacts, case: int, *, own: bool) -> list[int]:
     """The spheres of contacts beyond what is allowed: the body's own, or the other's."""
     rows = (contacts.pose == case) & (contacts.excess > 1e-9)
-    found: list[int] = (contacts.sphere if own else contacts.other_sphere)[rows].tolist()
-    return found
+    return (contacts.sphere if own else contacts.other_sphere)[rows].tolist()
 
 
 def _failing_mark(

@@ -10,12 +10,11 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebView, body_view
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, pieces
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
 from workbench.model.posing import poses_at
 from workbench.model.result import MotionFound
-from workbench.model.spool import pieces
 from workbench.model.units import plain
 from workbench.study.crash.belts import belt_line
 from workbench.study.crash.frames import BLOCK
@@ -81,8 +80,7 @@ def _times(study: MotionCase, moments: Sequence[float]) -> Floats:
     clock = study.motion.clock
     count = int(np.clip(_MOST_PLACES // max(len(study.body.sphere_names), 1), *_FRAMES))
     even = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
-    times: Floats = np.union1d(even, [time for time in moments if clock[0] < time < clock[-1]])
-    return times
+    return np.union1d(even, [time for time in moments if clock[0] < time < clock[-1]])
 
 
 def _gaps(motion: MotionFound) -> WebGaps | None:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.draw.colours import Colour
 from workbench.draw.lines.edges import feature_edges
+from workbench.draw.scene import Colour
 from workbench.draw.web.views import WebPlace
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
@@ -253,5 +253,4 @@ def sharp_edges(vertices: Floats, faces: Ints) -> Ints:
     second = np.minimum(first + 1, len(ends) - 1)
     along = np.abs(np.einsum("ij,ij->i", normal[face[first]], normal[face[second]]))
     drawn = (count != 2) | (along < np.cos(SHARP))
-    found: Ints = ends[first[drawn]]
-    return found
+    return ends[first[drawn]]

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from workbench.draw.closed_hands import closed_hands
-from workbench.draw.colours import Colour
-from workbench.draw.scene import Mark, Scene, SceneBody
+from workbench.draw.scene import Colour, Mark, Scene, SceneBody
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed

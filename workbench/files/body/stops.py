@@ -25,8 +25,7 @@ def axis_vector(axis: str | tuple[float, float, float]) -> Floats:
         vector["xyz".index(axis[1])] = 1.0 if axis[0] == "+" else -1.0
         return vector
     given = np.array(axis, dtype=np.float64)
-    unit: Floats = given / max(float(np.linalg.norm(given)), 1e-300)
-    return unit
+    return given / max(float(np.linalg.norm(given)), 1e-300)
 
 
 def stop_faults(document: Document, file: BodyFile) -> list[str]:
@@ -175,8 +174,7 @@ def _vertices(polygon: PolygonFile) -> Floats:
     around = np.cos(clock)[:, None] * up + np.sin(clock)[:, None] * side
     points = np.cos(polar)[:, None] * centre + np.sin(polar)[:, None] * around
     # counter-clockwise about the centre whichever way the file's clock runs
-    boundary: Floats = points if np.cross(up, side) @ centre > 0 else points[::-1]
-    return boundary
+    return points if np.cross(up, side) @ centre > 0 else points[::-1]
 
 
 def _clock_axes(polygon: PolygonFile) -> tuple[Floats, Floats, Floats]:

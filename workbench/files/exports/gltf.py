@@ -149,8 +149,7 @@ def _checked_times(figures: Sequence[Figure], times: Floats) -> Floats:
             raise InputError(
                 f"glTF: {figure.name} has {len(figure.placed)} poses, the motion {len(times)} times"
             )
-    since: Floats = times - times[0]
-    return since
+    return times - times[0]
 
 
 class _Channels(list[tuple[int, str, Floats]]):
@@ -213,8 +212,7 @@ def _steady(turns: Floats) -> Floats:
     """Quaternions (P, 4) of one sign from each to the next: a viewer interpolates on the shorter
     way."""
     flips = np.cumprod(np.where(np.sum(turns[1:] * turns[:-1], axis=1) < 0.0, -1.0, 1.0))
-    steady: Floats = turns * np.concatenate([[1.0], flips])[:, None]
-    return steady
+    return turns * np.concatenate([[1.0], flips])[:, None]
 
 
 def _spheres(
@@ -242,8 +240,7 @@ def _seen(placed: Placed, frames: slice, n: int) -> Floats:
     """(P, K, 3) the centres of the spheres of segment n as the segment sees them."""
     frame = placed.world_from_segment[frames, n]
     away = placed.centres[frames, placed.body.spheres(n)] - frame[:, None, :, 3]
-    local: Floats = np.einsum("pji,psj->psi", frame[:, :, :3], away)
-    return local
+    return np.einsum("pji,psj->psi", frame[:, :, :3], away)
 
 
 def _animation(file: _File, moving: _Channels, times: Floats) -> dict[str, Any]:

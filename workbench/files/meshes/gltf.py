@@ -226,8 +226,7 @@ def _roots(tree: dict[str, Any]) -> list[Any]:
     """Return the root nodes of the scene; of a file without scenes all nodes without a parent."""
     scenes = tree.get("scenes", [])
     if scenes:
-        roots: list[Any] = scenes[tree.get("scene", 0)].get("nodes", [])
-        return roots
+        return scenes[tree.get("scene", 0)].get("nodes", [])
     nodes = tree["nodes"]
     children = {int(child) for node in nodes for child in node.get("children", [])}
     return [k for k in range(len(nodes)) if k not in children]

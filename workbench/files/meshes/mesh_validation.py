@@ -195,8 +195,7 @@ def _oriented_faces(part: RawPart, mesh: _WoundMesh) -> tuple[Ints, OrientedShel
 
 def _flip(faces: Ints, which: Bools) -> Ints:
     """Wind some faces the other way; each keeps its first corner."""
-    flipped: Ints = np.where(which[:, None], faces[:, [0, 2, 1]], faces)
-    return flipped
+    return np.where(which[:, None], faces[:, [0, 2, 1]], faces)
 
 
 def _corner_sets(faces: Ints) -> Ints:
@@ -231,8 +230,7 @@ def _without_inner_walls(faces: Ints) -> Bools:
 
     Such a pair is the wall between two shells that touch: without it they are one closed shell.
     """
-    outer: Bools = _first_copies(faces) & _outer_copies(faces)
-    return outer
+    return _first_copies(faces) & _outer_copies(faces)
 
 
 def _outer_copies(faces: Ints) -> Bools:
@@ -240,8 +238,7 @@ def _outer_copies(faces: Ints) -> Bools:
     in the other, is part of both."""
     sets, inverse = np.unique(_corner_sets(faces), return_inverse=True)
     total = np.bincount(inverse.reshape(-1), winding_sense(faces), len(sets))
-    outer: Bools = (total != 0)[inverse.reshape(-1)]
-    return outer
+    return (total != 0)[inverse.reshape(-1)]
 
 
 # Unite the solids of a part: the depth of a point counts only faces of their union's surface.
@@ -381,5 +378,4 @@ def _by_solid(which: np.ufunc, rows: Floats, body: Ints) -> Floats:
     """The least or greatest (M, 3) of the rows (T, 3) of each solid."""
     order = np.argsort(body, kind="stable")
     start = np.flatnonzero(np.diff(body[order], prepend=-1))
-    found: Floats = which.reduceat(rows[order], start, axis=0)
-    return found
+    return which.reduceat(rows[order], start, axis=0)

@@ -184,16 +184,14 @@ def triangulate(vertices: Floats, corners: Ints, counts: Ints) -> Ints:
         pieces.append(_triangulate_polygon(vertices[ring], ring))
         owner.append(np.full(len(pieces[-1]), face))
     order = np.argsort(np.concatenate(owner), kind="stable")
-    faces: Ints = np.concatenate(pieces)[order]
-    return faces
+    return np.concatenate(pieces)[order]
 
 
 def _folds(vertices: Floats, quads: Ints) -> Bools:
     """Return which quadrilaterals (N, 4), cut from corner 0 to corner 2, would become two triangles
     that face opposite ways."""
     a, b, c, d = (vertices[quads[:, k]] for k in range(4))
-    folds: Bools = (np.cross(b - a, c - a) * np.cross(c - a, d - a)).sum(axis=1) < 0
-    return folds
+    return (np.cross(b - a, c - a) * np.cross(c - a, d - a)).sum(axis=1) < 0
 
 
 def _triangulate_polygon(points: Floats, ring: Ints) -> Ints:
@@ -217,5 +215,4 @@ def _triangulate_polygon(points: Floats, ring: Ints) -> Ints:
     axis = int(np.abs(normal).argmax())
     flip = 1 if (normal[axis] > 0) == (axis != 1) else -1  # so that it runs anticlockwise
     flat = np.delete(relative, axis, axis=1) * (flip, 1)
-    triangles: Ints = ring[np.asarray(triangulate([flat]), dtype=np.int64).reshape(-1, 3)]
-    return triangles
+    return ring[np.asarray(triangulate([flat]), dtype=np.int64).reshape(-1, 3)]

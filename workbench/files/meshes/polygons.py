@@ -114,8 +114,7 @@ def _are_coplanar(mesh: FacePlanes, pairs: Ints) -> Bools:
     height = np.abs(mesh.heights(smaller, normal) - base[:, None]).max(axis=1, initial=0)
     alike = np.einsum("nc,nc->n", normal, mesh.normal[smaller]) > 0
     have_planes = ~mesh.flat[larger] & ~mesh.flat[smaller]
-    coplanar: Bools = (height <= PLANE_TOLERANCE) & alike & have_planes
-    return coplanar
+    return (height <= PLANE_TOLERANCE) & alike & have_planes
 
 
 def _flat_regions(mesh: FacePlanes, links: Ints) -> Ints:
@@ -153,8 +152,7 @@ def _flat_regions(mesh: FacePlanes, links: Ints) -> Ints:
     _, first, inverse = np.unique(region, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
-    ranked: Ints = rank[inverse]
-    return ranked
+    return rank[inverse]
 
 
 def _is_bent(mesh: FacePlanes, label: Ints) -> Bools:
@@ -169,8 +167,7 @@ def _is_bent(mesh: FacePlanes, label: Ints) -> Bools:
     faces_back = np.einsum("nc,nc->n", mesh.normal, normal[label]) <= 0
     backward = np.bincount(label, faces_back, polygons) > 0
     wrong = (high - low > 2 * PLANE_TOLERANCE) | backward
-    bent: Bools = (wrong & (np.bincount(label, minlength=polygons) > 1))[label]
-    return bent
+    return (wrong & (np.bincount(label, minlength=polygons) > 1))[label]
 
 
 def _near_largest_plane(mesh: FacePlanes, label: Ints) -> Bools:
@@ -200,8 +197,7 @@ def _half(mesh: FacePlanes, label: Ints) -> Bools:
     total = _region_sums(label, centroid, polygons)
     offset = centroid - (total / np.bincount(label, minlength=polygons)[:, None])[label]
     axis = _region_sums(label, offset**2, polygons).argmax(axis=1)
-    upper: Bools = offset[np.arange(len(offset)), axis[label]] > 0
-    return upper
+    return offset[np.arange(len(offset)), axis[label]] > 0
 
 
 def _region_sums(label: Ints, rows: Floats, polygons: int) -> Floats:
@@ -214,8 +210,7 @@ def _mean_normals(mesh: FacePlanes, label: Ints, polygons: int) -> Floats:
     on the outline of the region only."""
     total = _region_sums(label, mesh.vector, polygons)
     length = np.linalg.norm(total, axis=1)
-    unit: Floats = total / np.where(length == 0, 1, length)[:, None]
-    return unit
+    return total / np.where(length == 0, 1, length)[:, None]
 
 
 def _height_range(mesh: FacePlanes, label: Ints, normal: Floats) -> tuple[Floats, Floats]:
@@ -418,8 +413,7 @@ def _circumcentres(corner: Floats) -> Floats:
     vv = (v**2).sum(axis=1)
     x = (v[:, 1] * uu - u[:, 1] * vv) / twice
     y = (u[:, 0] * vv - v[:, 0] * uu) / twice
-    centre: Floats = corner[:, 0] + np.column_stack([x, y])
-    return centre
+    return corner[:, 0] + np.column_stack([x, y])
 
 
 _MIN_HEIGHT = 1e-9
@@ -457,8 +451,7 @@ class FacePlanes:
 
     def heights(self, faces: Ints, normal: Floats) -> Floats:
         """Return the heights (N, 3) [m] of the corners of faces (N,) along normals (N, 3)."""
-        heights: Floats = np.einsum("nkc,nc->nk", self.vertices[self.faces[faces]], normal)
-        return heights
+        return np.einsum("nkc,nc->nk", self.vertices[self.faces[faces]], normal)
 
 
 def degenerate_faces(vertices: Floats, faces: Ints) -> Bools:
@@ -488,5 +481,4 @@ def perpendicular(direction: Floats) -> Floats:
     normal = np.cross(direction, smallest)
     length = np.linalg.norm(normal, axis=1)
     normal[length == 0] = (0, 0, 1)
-    unit: Floats = normal / np.where(length == 0, 1, length)[:, None]
-    return unit
+    return normal / np.where(length == 0, 1, length)[:, None]

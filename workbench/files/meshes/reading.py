@@ -280,8 +280,7 @@ def to_world(
 def extent(parts: tuple[RawPart, ...]) -> Floats:
     """Return the size (3,) of all parts together along each axis."""
     low = np.min([part.vertices.min(axis=0) for part in parts], axis=0)
-    size: Floats = np.max([part.vertices.max(axis=0) for part in parts], axis=0) - low
-    return size
+    return np.max([part.vertices.max(axis=0) for part in parts], axis=0) - low
 
 
 def outsized(parts: Sequence[RawPart]) -> tuple[RawPart, ...]:

@@ -248,8 +248,7 @@ def _volumes(corner: Floats, shell: Ints) -> Floats:
     the sum of its tetrahedra a . (b x c) / 6 about the origin."""
     tetrahedra = np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
     count = int(shell.max(initial=-1)) + 1
-    volume: Floats = np.bincount(shell, tetrahedra, count).astype(np.float64)
-    return volume
+    return np.bincount(shell, tetrahedra, count).astype(np.float64)
 
 
 def _parents(containment: _Containment, volume: Floats) -> Ints:
@@ -464,8 +463,7 @@ class _Strips:
 
     def of(self, x: Floats) -> Ints:
         """Return the strip (N,) of each x, the outermost ones for what lies outside."""
-        strip: Ints = np.clip((x - self.left) / self.width, 0, _STRIPS - 1).astype(np.int64)
-        return strip
+        return np.clip((x - self.left) / self.width, 0, _STRIPS - 1).astype(np.int64)
 
     def key(self, strip: Ints, y: Floats) -> Floats:
         """Return numbers (N,) that rise with the strip, and with y within a strip."""
@@ -506,12 +504,10 @@ def _crossings(corner: Floats, point: Floats, candidates: _Candidates) -> _Cross
 
 def _cross_2d(a: Floats, b: Floats) -> Floats:
     """Return the z component (N,) of a x b."""
-    cross: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return cross
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 def _length_2d(a: Floats, b: Floats) -> Floats:
     """Return the length (N,) of the edge from a to b across the rays: `_cross_2d` divided by it is
     the distance of the edge from the ray."""
-    length: Floats = np.hypot(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1])
-    return length
+    return np.hypot(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1])

@@ -370,8 +370,7 @@ def _size_sentence(row: _Size) -> str:
 def _extents(parts: Iterable[RawPart]) -> Floats:
     """Return the extents (3,) [m] of parts together, ascending."""
     points = np.concatenate([part.vertices[part.faces.ravel()] for part in parts])
-    extents: Floats = np.sort(np.ptp(points, axis=0))
-    return extents
+    return np.sort(np.ptp(points, axis=0))
 
 
 def _named_size(name: str, extents: Floats) -> _Size | None:

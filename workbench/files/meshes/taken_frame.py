@@ -464,8 +464,7 @@ def surface_points(parts: Sequence[RawPart]) -> Floats:
     count = np.diff(ends, prepend=0)
     face = np.repeat(np.arange(len(corners)), count)
     u, v = even_places(len(face))
-    found: Floats = a[face] + u[:, None] * (b - a)[face] + v[:, None] * (c - a)[face]
-    return found
+    return a[face] + u[:, None] * (b - a)[face] + v[:, None] * (c - a)[face]
 
 
 def symmetries(points: Floats) -> Floats:

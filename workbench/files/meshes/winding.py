@@ -94,8 +94,7 @@ def winding_sense(faces: Ints) -> Ints:
     row = np.arange(len(faces))
     first = np.argmin(faces, axis=1)
     ascending = faces[row, (first + 1) % 3] < faces[row, (first + 2) % 3]
-    sense: Ints = np.where(ascending, 1, -1)
-    return sense
+    return np.where(ascending, 1, -1)
 
 
 def consistent_winding(count: int, halves: HalfEdges) -> Winding:

@@ -15,8 +15,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError, printable
 from workbench.files.opening import opened
-from workbench.model.arrays import Floats, Ints
-from workbench.model.spool import Spool
+from workbench.model.arrays import Floats, Ints, Spool
 
 __all__ = [
     "ALL_FRAMES",
@@ -154,7 +153,7 @@ def number_rows(
     keep: FrameRange = ALL_FRAMES,
     clock: Clock | None = None,
 ) -> NumberRows:
-    """Read rows of numbers; many of them are kept in a file (`workbench.model.spool`).
+    """Read rows of numbers; many of them are kept in a file (`workbench.model.arrays`).
 
     Parameters
     ----------

@@ -23,12 +23,11 @@ from workbench.files.motions.number_rows import (
     numbered_lines,
     parse_count,
 )
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.motion import rising_time
 from workbench.model.poses import Poses
 from workbench.model.quaternions import exponential, matrices, multiply
-from workbench.model.spool import pieces
 
 __all__ = ["Coordinates", "coordinate_batches", "coordinate_poses"]
 

@@ -20,13 +20,12 @@ from workbench.files.motions.number_rows import (
     numbered_lines,
 )
 from workbench.files.schema import metres_in
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Floats, Ints, pieces
 from workbench.model.body import Body
 from workbench.model.motion import SegmentTrack, rising_time
 from workbench.model.poses import Poses, stacked
 from workbench.model.posing import ContinuousAngles, angles_of, attitude_matrix, compose, motion_of
 from workbench.model.quaternions import from_matrices, matrices
-from workbench.model.spool import pieces
 from workbench.model.stops import StopKind
 
 __all__ = ["angle_table_text", "read_angle_table", "segment_batches", "table_kind"]

@@ -20,10 +20,10 @@ from workbench.files.yaml_text import read_yaml
 from workbench.model.accommodation import OF_SIGHT
 from workbench.model.body import segment_words
 from workbench.model.criterion import Criterion, Limit
+from workbench.model.criterion import Work as Labour
 from workbench.model.environment import Control, Environment
 from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS, limit_unit_of
-from workbench.model.work import Work as Labour
 
 __all__ = ["Known", "criteria_of", "unfit", "visible_parts"]
 

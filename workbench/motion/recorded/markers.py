@@ -27,9 +27,8 @@ from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, named_sit
 from workbench.motion.recorded.skeleton import IDENTITY
 from workbench.motion.recorded.subject import marker_places
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
-from workbench.posture.packed_stops import packed_stops
 from workbench.posture.reaching.chains import on_grid
-from workbench.posture.stops import nearest_legal
+from workbench.posture.stops import nearest_legal, packed_stops
 
 __all__ = ["MarkerFit", "bridged", "poses_from_markers"]
 

@@ -13,8 +13,8 @@ from workbench.model.body import Body
 from workbench.model.stops import StopKind
 from workbench.posture.kernels.limits import WHOLE_CONE, WHOLE_POLYGON, WHOLE_TURN
 from workbench.posture.kernels.linkage import Linkage
-from workbench.posture.packed_stops import polygon_sides
 from workbench.posture.reaching.comfort import comfort_modes
+from workbench.posture.stops import polygon_sides
 
 __all__ = ["joints_between", "linkage"]
 

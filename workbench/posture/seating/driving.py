@@ -446,8 +446,7 @@ def _middle(body: Body, name: str) -> Floats:
                 f"body {body.name} has no sphere '{side} {name}'; {one_of(f'{side} {name}', known)}"
             )
         rows.append(body.centre[:, body.sphere_names.index(f"{side} {name}")])
-    middle: Floats = 0.5 * (rows[0] + rows[1])
-    return middle
+    return 0.5 * (rows[0] + rows[1])
 
 
 def spine_tilts(spine: Spine, mean: Floats, spread: Floats) -> Floats:
@@ -468,7 +467,4 @@ def spine_tilts(spine: Spine, mean: Floats, spread: Floats) -> Floats:
     turns = np.clip(turns, bounds[..., 0], bounds[..., 1])
     wanted = np.ascontiguousarray(mean[:, [0, *TRUNK]])
     trunk_turns(links, wanted, np.ascontiguousarray(spread[:, list(TRUNK)]), bounds, turns)
-    tilts: Floats = np.concatenate(
-        [turns[:, :1], turns[:, :1] - np.cumsum(turns[:, 1:], axis=1)], axis=1
-    )
-    return tilts
+    return np.concatenate([turns[:, :1], turns[:, :1] - np.cumsum(turns[:, 1:], axis=1)], axis=1)

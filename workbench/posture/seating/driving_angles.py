@@ -66,8 +66,7 @@ def drawn_angles(mean: Floats, spread: Floats, seed: int, numbers: Iterable[int]
     """Angles (B, 8) [rad] of drivers with such numbers: the means (8,) or (B, 8) and a residual for
     each, normal and independent, the same for the same seed and number. The source tells no
     correlations."""
-    drawn: Floats = mean + spread * [residuals(seed, (number,), len(ANGLES)) for number in numbers]
-    return drawn
+    return mean + spread * [residuals(seed, (number,), len(ANGLES)) for number in numbers]
 
 
 @lru_cache(maxsize=1 << 15)

@@ -80,8 +80,7 @@ class Sole:
     @property
     def own_pitch(self) -> Floats:
         """(B,) [rad] of the sole in the foot's frame."""
-        found: Floats = np.arctan2(self.sole[:, 2], self.sole[:, 0])
-        return found
+        return np.arctan2(self.sole[:, 2], self.sole[:, 0])
 
 
 def accelerator_foot(
@@ -212,8 +211,7 @@ def hips_from_pedal(
     x = pedal.at[:, 0]
     legs = _legs(pedal, height, ankles, expected, spread, others)
     ends = np.stack([x - FARTHEST_HIP, x - NEAREST_HIP], axis=1)
-    found: Floats = _least(legs, pedal, ends)[:, 0]
-    return found
+    return _least(legs, pedal, ends)[:, 0]
 
 
 def pitches_at(sole: Sole, hips: Floats, ankles: Floats) -> Floats:
@@ -222,8 +220,7 @@ def pitches_at(sole: Sole, hips: Floats, ankles: Floats) -> Floats:
     nothing = np.zeros((len(hips), 2))
     height = np.ascontiguousarray(hips[:, 2])
     legs = _legs(sole, height, ankles, nothing, np.full_like(nothing, np.inf))
-    found: Floats = _least(legs, sole, np.repeat(hips[:, :1], 2, axis=1))[:, 1]
-    return found
+    return _least(legs, sole, np.repeat(hips[:, :1], 2, axis=1))[:, 1]
 
 
 def _legs(
@@ -258,8 +255,7 @@ def _lengths(sole: Sole) -> Floats:
     """(B, 2) [m] lengths of thighs and shanks."""
     link = sole.link
     bones = link.at_child[:, :2] - link.at_parent[:, 1:3]
-    found: Floats = np.linalg.norm(bones, axis=2)
-    return found
+    return np.linalg.norm(bones, axis=2)
 
 
 def _ankles(sole: Sole) -> Floats:
@@ -269,8 +265,7 @@ def _ankles(sole: Sole) -> Floats:
     c = np.cos(turn)
     s = np.sin(turn)
     along = np.stack([c * own[:, 0] - s * own[:, 2], s * own[:, 0] + c * own[:, 2]], axis=1)
-    found: Floats = sole.at[:, ::2] + along
-    return found
+    return sole.at[:, ::2] + along
 
 
 def _least(legs: DrivingLegs, sole: Sole, hips: Floats) -> Floats:

@@ -45,8 +45,7 @@ class SeatCurve:
     def __call__(self, height: Floats) -> Floats:
         """(...) [m] at heights (...) [m]."""
         z = 1e3 * height
-        found: Floats = 1e-3 * (self.a + self.b * z + self.c * z * z)
-        return found
+        return 1e-3 * (self.a + self.b * z + self.c * z * z)
 
 
 SEAT_CURVES: Mapping[float, SeatCurve] = {

@@ -38,8 +38,7 @@ def positions(travel: tuple[float, float]) -> Floats:
     low, high = travel
     grid = np.arange(np.ceil(low / SEAT_SPACING), np.floor(high / SEAT_SPACING) + 1) * SEAT_SPACING
     ends = [low, min(max(0.0, low), high), high]
-    positions: Floats = np.unique(np.round(np.concatenate([ends, grid]), DECIMALS))
-    return positions
+    return np.unique(np.round(np.concatenate([ends, grid]), DECIMALS))
 
 
 @kept_by_row(Limb.rows)

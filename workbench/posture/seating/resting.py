@@ -263,5 +263,4 @@ def pressed_thighs(
     centre = placed.centres[:, sphere] - shift[:, None]
     outside = (centre @ faces.normal.T - faces.offset).max(axis=2)
     depth = (body.radius[:, sphere] - outside).max(axis=1)
-    beyond: Floats = np.maximum(depth - faces.gives, 0.0)
-    return beyond
+    return np.maximum(depth - faces.gives, 0.0)

@@ -82,8 +82,7 @@ def seat_shift(seat: Seat | None, forward: float, up: float) -> Floats:
     if seat is None:
         return np.zeros(3)
     centre = seat_planes(seat)[2]
-    shift: Floats = forward * np.array([centre[1], -centre[0], 0.0]) + np.array([0.0, 0.0, up])
-    return shift
+    return forward * np.array([centre[1], -centre[0], 0.0]) + np.array([0.0, 0.0, up])
 
 
 def seat_at(environment: Environment, name: str, forward: float, up: float) -> Environment:
@@ -106,5 +105,4 @@ def leftward(place: Workplace) -> Floats:
     if place.own_seat is not None:
         return seat_planes(place.own_seat)[2]
     side = place.cases[0].pose.world_from_reference[0, :, 1] * np.array([1.0, 1.0, 0.0])
-    left: Floats = side / np.linalg.norm(side)
-    return left
+    return side / np.linalg.norm(side)

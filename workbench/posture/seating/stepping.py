@@ -167,8 +167,7 @@ def first_places(
     total = np.zeros(grid.shape)
     for task, moves in zip(tasks, along, strict=False):
         total += _planar_discomfort(task, lap, grid * (1.0 - moves), ahead)
-    found: Ints = total.argmin(axis=1)
-    return found
+    return total.argmin(axis=1)
 
 
 def _planar_discomfort(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> Floats:

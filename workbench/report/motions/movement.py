@@ -9,12 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.laban import nearest_sign, sign_words
 from workbench.model.poses import Poses
 from workbench.model.posing import ContinuousAngles, angles_of
-from workbench.model.spool import pieces
 from workbench.model.units import plain
 from workbench.report.motions.turning import Turning
 
@@ -204,17 +203,13 @@ def _way_seen(frame: Floats, point: Floats) -> Floats:
     """(3,) [m] the way between two places (2, 3) of a point, as two places (2, 3, 4) of a segment
     see it."""
     own = np.einsum("pji,pj->pi", frame[:, :, :3], point - frame[:, :, 3])
-    way: Floats = own[1] - own[0]
-    return way
+    return own[1] - own[0]
 
 
 def _joint_place(body: Body, world: Floats, joint: int) -> Floats:
     """(P, 3) [m] where a joint is, from the places (P, N, 3, 4) of the segments."""
     child = world[:, joint + 1]
-    at: Floats = (
-        np.einsum("pij,j->pi", child[:, :, :3], body.joint_in_child[0, joint]) + child[:, :, 3]
-    )
-    return at
+    return np.einsum("pij,j->pi", child[:, :, :3], body.joint_in_child[0, joint]) + child[:, :, 3]
 
 
 def _limb_sentence(body: Body, motion: Poses, reach: str, group: list[_Turn]) -> str:

@@ -85,10 +85,7 @@ def _common(pair: tuple[WebView, WebView], time: float) -> Floats | None:
     end = min(first[-1], second[-1])
     if end <= start:
         return None
-    times: Floats = np.union1d(
-        np.linspace(start, end, max(len(first), 2)), np.clip(time, start, end)
-    )
-    return times
+    return np.union1d(np.linspace(start, end, max(len(first), 2)), np.clip(time, start, end))
 
 
 def decisive_time(motions: Sequence[MotionFound]) -> float:

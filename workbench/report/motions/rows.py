@@ -16,10 +16,10 @@ from workbench.files.results.motions import (
     SignalRow,
 )
 from workbench.files.results.result import ResultFile
+from workbench.model.arrays import pieces
 from workbench.model.body import Body
 from workbench.model.motion_case import ForceCurve, Meeting, Signal, StopBreach
 from workbench.model.result import MotionFound
-from workbench.model.spool import pieces
 from workbench.report.motions.movement import movement_sentences
 from workbench.report.motions.words import breach_sentence, meeting_sentence, pulse_words
 from workbench.report.tables import Table, row_table

@@ -208,8 +208,7 @@ def _people(result: PopulationFound) -> PeopleRow:
 def _settings(result: PopulationFound) -> Floats:
     """(P, A) where each adjustment is set, in the unit in which it is shown."""
     units = np.array([one.shown_unit for one in result.adjustments])
-    settings: Floats = np.round(result.setting / units, 3) + 0.0
-    return settings
+    return np.round(result.setting / units, 3) + 0.0
 
 
 def _hard(result: PopulationFound, row: int) -> HardRow:
@@ -380,8 +379,7 @@ def _certain(result: PopulationFound) -> list[bool | None]:
     unknown = result.undecided & ~result.known.all(axis=1)
     found = (~result.undecided).astype(object)
     found[unknown] = None
-    certain: list[bool | None] = found.tolist()
-    return certain
+    return found.tolist()
 
 
 def _labels(result: PopulationFound) -> list[str]:
@@ -402,8 +400,7 @@ def _cells(metres: Floats) -> list[list[float | None]]:
     """A table of lengths [m] in millimetres, None for NaN: many at once."""
     cells = (np.round(1000 * metres, 3) + 0.0).astype(object)
     cells[np.isnan(metres)] = None
-    found: list[list[float | None]] = cells.tolist()
-    return found
+    return cells.tolist()
 
 
 def _number(metres: float) -> float | None:

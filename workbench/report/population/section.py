@@ -305,8 +305,7 @@ def _group(group: GroupShare, least: float) -> dict[str, Any]:
 
 def _weights(result: PopulationFound) -> Floats:
     weight = result.people.weight
-    share: Floats = weight / weight.sum()
-    return share
+    return weight / weight.sum()
 
 
 def _criteria(result: PopulationFound) -> list[dict[str, Any]]:

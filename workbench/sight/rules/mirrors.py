@@ -1,10 +1,12 @@
-"""Mirrors, flat and convex: where a point is seen in one, and the ground that two eyes see in it.
+"""Mirrors, flat and convex: where a point is seen in one, and the ground that two eyes see in it; and
+instruments that a windscreen mirrors into a view that must be clear.
 
 A flat mirror shows what the virtual eye behind it sees through the glass. A convex one is the cap of a
 sphere: from eye and point to its place of reflection the angles to the normal are equal. That place
 lies in the plane of eye, point and centre, and as it moves from below the eye to below the point the
 angle of the eye grows and that of the point falls, so it is found by halving. The glass bounds the
-places of reflection: its triangles, seen along the mirror's normal.
+places of reflection: its triangles, seen along the mirror's normal. Each triangle of a windscreen is a
+flat mirror with its own outline, on both of its sides.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,7 +25,8 @@ from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment, Mirror
 from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
-from workbench.sight.obscuration import lines_of_sight
+from workbench.sight.obscuration import Target, lines_of_sight
+from workbench.sight.regions import Region, azimuth_elevation
 from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
 
@@ -33,6 +37,7 @@ __all__ = [
     "SEEN",
     "Glass",
     "MirrorField",
+    "Reflection",
     "aimed_normal",
     "glass_of",
     "ground_points",
@@ -43,6 +48,7 @@ __all__ = [
     "reflections",
     "required_ground",
     "what_hides",
+    "windscreen_reflection",
 ]
 
 OUTSIDE = "outside the mirror"
@@ -162,8 +168,7 @@ def _on_sphere(centre: Floats, radius: float, eye: Floats, points: Floats) -> Fl
         of_point = np.arctan2(far * np.sin(whole - turn), far * np.cos(whole - turn) - radius)
         low = np.where(of_eye < of_point, turn, low)
         high = np.where(of_eye < of_point, high, turn)
-    found: Floats = centre + radius * (np.cos(low)[:, None] * first + np.sin(low)[:, None] * second)
-    return found
+    return centre + radius * (np.cos(low)[:, None] * first + np.sin(low)[:, None] * second)
 
 
 def _within(glass: Glass, places: Floats) -> Bools:
@@ -326,3 +331,106 @@ def what_hides(
         rest = shown[met[shown] == SEEN]
         met[rest] = lines_of_sight(scenery, places[rest], points[rest, None], own=own)[:, 0]
     return met
+
+
+@dataclass(frozen=True, eq=False)
+class Reflection:
+    """What two eyes see of a target in a windscreen, inside a region.
+
+    seen (2, M): the points that the left and the right eye see mirrored. share: of the points, seen
+    by one eye at least. middle (2,) [rad]: azimuth to the left and elevation of the mean direction,
+    NaN where nothing is seen. parts: that mirror it.
+    """
+
+    seen: Bools
+    share: float
+    middle: Floats
+    parts: tuple[str, ...]
+
+
+def windscreen_reflection(
+    scenery: Scenery,
+    eyes: Eyes,
+    target: Target,
+    *,
+    environment: Environment,
+    windscreen: Sequence[str],
+    region: Region,
+    row: int = 0,
+) -> Reflection:
+    """Find the virtual image of a target in a windscreen.
+
+    Parameters
+    ----------
+    scenery
+        Of the environment: what may stand between eye, windscreen and target.
+    eyes
+        Of B people.
+    target
+        An instrument; where it has normals, it shines to their side.
+    windscreen
+        The parts that mirror.
+    region
+        The view that must be free of images, as `cockpit_outline`.
+    row
+        Who of them, and whose scenery.
+
+    Raises
+    ------
+    InputError
+        If a part has no such name.
+    """
+    parts = [environment.part_index(name) for name in windscreen]
+    panes = [environment.triangle_corners(part) for part in parts]
+    part_of = np.repeat(parts, [len(pane) for pane in panes])
+    corners = np.concatenate(panes)
+    clear = looked_through(scenery.of_row(row), parts)
+    seen = np.zeros((2, len(target.points)), dtype=np.bool_)
+    ways = [np.zeros((0, 3))]
+    mirroring: dict[int, None] = {}
+    for side, eye in enumerate((eyes.left[row], eyes.right[row])):
+        places = _reflected_by(corners.tobytes(), eye.tobytes(), target.points.tobytes())
+        images = np.isfinite(places[..., 0]) & region.contains(places - eye)
+        if target.normals is not None:
+            images &= np.einsum("tmi,mi->tm", places - target.points, target.normals) > 0.0
+        pane, point = np.nonzero(images)
+        place = places[pane, point]
+        free = what_hides(clear, eye, place, target.points[point], own=target.item) == SEEN
+        seen[side, point[free]] = True
+        ways.append(place[free] - eye)
+        mirroring |= dict.fromkeys(part_of[pane[free]].tolist())
+    way = np.concatenate(ways)
+    way = way / np.linalg.norm(way, axis=1)[:, None]
+    mean = way.sum(axis=0) if len(way) else np.full(3, np.nan)
+    return Reflection(
+        seen,
+        float(seen.any(axis=0).mean()),
+        azimuth_elevation(mean, region.axes),
+        tuple(environment.parts[part] for part in mirroring),
+    )
+
+
+@lru_cache(maxsize=32)
+def _reflected_by(*arrays: bytes) -> Floats:
+    """(T, M, 3) [m] where flat triangles (T, 3, 3) mirror points (M, 3) to an eye (3,), NaN where
+    they do not, or the point is on their other side.
+
+    arrays: of triangles, eye and points; while something else is dragged, all three stay.
+    """
+    given, eye, points = (np.frombuffer(one).reshape(-1, 3) for one in arrays)
+    corners = given.reshape(-1, 3, 3)
+    sides = np.roll(corners, -1, axis=1) - corners
+    normal = np.cross(sides[:, 0], sides[:, 1])
+    length = np.linalg.norm(normal, axis=1)
+    normal /= np.where(length > 0.0, length, 1.0)[:, None]
+    offset = np.einsum("ti,ti->t", normal, corners[:, 0])
+    of_eye = (normal @ eye[0] - offset)[:, None]
+    of_point = normal @ points.T - offset[:, None]
+    # the line from the eye to the virtual image crosses the plane at this share of its way
+    same_side = of_eye * of_point > 0.0
+    share = np.where(same_side, of_eye / np.where(same_side, of_eye + of_point, 1.0), np.nan)
+    image = points - 2.0 * of_point[..., None] * normal[:, None]
+    place = eye + share[..., None] * (image - eye)
+    inward = np.cross(normal[:, None], sides)
+    height = np.einsum("tki,tmki->tmk", inward, place[:, :, None] - corners[:, None])
+    return np.where((height >= 0.0).all(axis=2)[..., None], place, np.nan)

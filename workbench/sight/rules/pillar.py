@@ -146,8 +146,7 @@ def _level_cut(corners: Floats, pm: Floats, rise: float, side: Side) -> Floats:
         )
     level = met[np.argmax(met[:, 0])]
     cut = _crossing(corners, np.array([0.0, 0.0, 1.0]), level)
-    ahead: Floats = cut[(cut[:, 0] > pm[0]) & (cut[:, 1] > pm[1])]
-    return ahead
+    return cut[(cut[:, 0] > pm[0]) & (cut[:, 1] > pm[1])]
 
 
 def _crossing(corners: Floats, normal: Floats, point: Floats) -> Floats:

@@ -8,12 +8,11 @@ from dataclasses import fields
 
 import numpy as np
 
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Work
 from workbench.model.environment import Environment
 from workbench.model.rule_set import RuleSet
 from workbench.model.study import Study
 from workbench.model.units import limit_unit_of, plain
-from workbench.model.work import Work
 
 __all__ = ["changed_words", "design_of"]
 

@@ -13,8 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.body.people.conditional import improbability
-from workbench.body.people.scores import Scores, scores_of
+from workbench.body.people.conditional import Scores, improbability, scores_of
 from workbench.errors import InputError
 from workbench.files.populations import load_population_model
 from workbench.model.accommodation import OF_SIGHT

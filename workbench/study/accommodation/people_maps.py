@@ -13,12 +13,11 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.model.accommodation import MapTask, ReachMap
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, pieces
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
-from workbench.model.spool import pieces
 from workbench.model.units import plain
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import HANDS, limbs_there

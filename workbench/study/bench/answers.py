@@ -11,9 +11,9 @@ from itertools import combinations
 
 import numpy as np
 
+from workbench.contact.clearance_pairs import FrameRooms, room_of_segments, rooms_by_mover
 from workbench.contact.collide import body_clearance, self_clearance
 from workbench.contact.kernels.search import Nearest
-from workbench.contact.movers import FrameRooms, room_of_segments, rooms_by_mover
 from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance
 from workbench.model.result import PosturesFound

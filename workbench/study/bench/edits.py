@@ -2,7 +2,7 @@
 
 Angles are set to 0.1 degrees and lengths to 0.1 mm, so that a state is exactly what its file says
 once it is saved. An edit within this of what stands changes nothing. Here are seats, parts and
-cases; `edits_joints`, `edits_limbs`, `edits_people` and `edits_postures` have the others.
+cases; `edits_joints`, `edits_people` and `edits_postures` have the others.
 """
 
 from __future__ import annotations

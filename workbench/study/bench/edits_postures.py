@@ -227,8 +227,7 @@ def _middle(there: PlacedPerson, spheres: list[int]) -> Floats:
     """(3,) [m] the middle of the centres of spheres; NaN where there are none."""
     if not spheres:
         return np.full(3, np.nan)
-    middle: Floats = there.placed.centres[0, spheres].mean(axis=0)
-    return middle
+    return there.placed.centres[0, spheres].mean(axis=0)
 
 
 def freed(opened: OpenStudy, arrangement: Arrangement, person: str) -> Edit:

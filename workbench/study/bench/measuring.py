@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.contact.clearance_pairs import bodies_displaced
 from workbench.contact.collide import body_clearance, clearance_of_rows, self_clearance
-from workbench.contact.movers import bodies_displaced
 from workbench.errors import InputError, one_of
 from workbench.geometry.nearest import build_solid, mesh_distance
 from workbench.geometry.surfaces import surface_gap
@@ -169,5 +169,4 @@ def _surface(placement: Placement, name: str) -> Floats:
     corners = environment.triangle_corners(part).reshape(-1, 3, 3)
     if not len(corners):
         raise InputError(f"{name} has no surface to measure to")
-    found: Floats = corners + placement.parts.by_part[part]
-    return found
+    return corners + placement.parts.by_part[part]

@@ -63,8 +63,7 @@ class Playing:
     @cached_property
     def clock(self) -> Floats:
         """(P,) [s] every time at which one of the motions has a frame."""
-        every: Floats = np.unique(np.concatenate([one.motion.clock for one in self.motions]))
-        return every
+        return np.unique(np.concatenate([one.motion.clock for one in self.motions]))
 
     def placed(self, times: Floats) -> tuple[Placed, ...]:
         """Each role at times (F,) [s]; who has no frame there is on the way between two."""

@@ -440,5 +440,4 @@ def arranged_parts(
 
 def given_angles(body: Body, poses: Poses) -> Floats:
     """(J, 3) [rad] the joint angles of one pose."""
-    found: Floats = angles_of(body, poses)[0]
-    return found
+    return angles_of(body, poses)[0]

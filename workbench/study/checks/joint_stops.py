@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from workbench.model.accommodation import MET
+from workbench.model.arrays import pieces
 from workbench.model.criterion import Criterion, Reason
 from workbench.model.result import Finding, MotionFound
-from workbench.model.spool import pieces
 from workbench.model.units import UNITS, plain
 from workbench.posture.stops import stops
 from workbench.study.checks.margins import Asked, Margins, no_margins

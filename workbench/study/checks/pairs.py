@@ -76,5 +76,4 @@ def _surface(near: Clearance) -> Floats:
     own = near.body.fit_error[0].T[:, :, None]
     if isinstance(near.other, Environment):
         return np.broadcast_to(own, (2, *near.distance.shape[1:]))
-    both: Floats = own + near.other.fit_error[0].T[:, None, :]
-    return both
+    return own + near.other.fit_error[0].T[:, None, :]

@@ -19,7 +19,7 @@ from workbench.contact.clearance_pairs import ClearancePair, clearance_of_pairs
 from workbench.contact.collide import allowed_depth
 from workbench.contact.kernels.search import Nearest
 from workbench.model.accommodation import MET
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, pieces
 from workbench.model.body import Body
 from workbench.model.contacts import subpart_words
 from workbench.model.criterion import Criterion, Reason
@@ -27,7 +27,6 @@ from workbench.model.environment import Environment
 from workbench.model.motion_case import Meeting
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, MotionFound
-from workbench.model.spool import pieces
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
 from workbench.study.crash.frames import BLOCK
@@ -75,8 +74,7 @@ def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
     still = ~moved_by_hands(situation)
     pairs = [asked_pair(situation.body, situation.environment, one.criterion) for one in asked]
     near = _nearest_of(situation, [replace(pair, spheres=pair.spheres & still) for pair in pairs])
-    found: Floats = near.distance - limits + ROUNDING
-    return found
+    return near.distance - limits + ROUNDING
 
 
 def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
@@ -170,8 +168,7 @@ def _toward(placed: Placed, found: Nearest) -> Floats:
     far = np.linalg.norm(way, axis=2)
     radius = placed.body.radius[placed.person[:, None], sphere]
     seen = (found.sphere >= 0) & (far > 1e-9) & (found.distance > -radius)
-    toward: Floats = np.where(seen[..., None], way / np.maximum(far, 1e-9)[..., None], np.nan)
-    return toward
+    return np.where(seen[..., None], way / np.maximum(far, 1e-9)[..., None], np.nan)
 
 
 def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:

@@ -596,8 +596,7 @@ def _root(body: Body, poses: Poses, limb: str) -> Floats:
     joint = body.joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
     world = segment_frames(body, poses, joint + 1)
     below = body.joint_in_child[:, joint]
-    at: Floats = np.einsum("bij,bj->bi", world[:, :, :3], below) + world[:, :, 3]
-    return at
+    return np.einsum("bij,bj->bi", world[:, :, :3], below) + world[:, :, 3]
 
 
 def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:

@@ -14,12 +14,11 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.model.accommodation import MET
-from workbench.model.criterion import Criterion, Reason
+from workbench.model.arrays import pieces
+from workbench.model.criterion import Criterion, Reason, Work
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, MotionFound
-from workbench.model.spool import pieces
 from workbench.model.units import plain, unit_of
-from workbench.model.work import Work
 from workbench.model.workplace import Workplace
 from workbench.strain.owas import owas
 from workbench.strain.posture_score import ASKED_BY, PostureScore

@@ -40,9 +40,9 @@ from workbench.sight.rules.mirrors import (
     ground_points,
     mirror_field,
     mirror_ground,
+    windscreen_reflection,
 )
 from workbench.sight.rules.pillar import PillarAngle, pillar_angle
-from workbench.sight.rules.reflection import windscreen_reflection
 from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.checks.sight import READ_BY

@@ -136,8 +136,7 @@ def eyes_of(situation: Situation) -> Floats:
     if situation.seated is not None:
         return situation.seated.eye
     spheres = [body.sphere_names.index(name) for name in EYES]
-    middle: Floats = situation.placed.centres[:, spheres].mean(axis=1)
-    return middle
+    return situation.placed.centres[:, spheres].mean(axis=1)
 
 
 def _margin(situation: Situation, criterion: Criterion, eyes: Floats) -> Floats:
@@ -148,8 +147,7 @@ def _margin(situation: Situation, criterion: Criterion, eyes: Floats) -> Floats:
     if situation.eyes is None:
         return np.full(len(eyes), np.nan)
     rise = eyes[:, 2] - environment.points[situation.eyes][2]
-    margin: Floats = np.minimum(rise + criterion.below, criterion.above - rise)
-    return margin
+    return np.minimum(rise + criterion.below, criterion.above - rise)
 
 
 def _reason(situation: Situation, criterion: Criterion, eye: Floats) -> Reason:
@@ -166,8 +164,7 @@ def _over(situation: Situation, criterion: Criterion, eyes: Floats) -> Floats:
     line = _skyline(situation, criterion.parts, eyes)
     above = np.max(line.rise + np.tan(criterion.down) * line.ahead, axis=2)
     highest = np.max(above, axis=1, where=line.before, initial=-np.inf)
-    margin: Floats = np.where(np.isfinite(highest), -highest, np.nan)
-    return margin
+    return np.where(np.isfinite(highest), -highest, np.nan)
 
 
 def _gives_way(situation: Situation, criterion: Criterion) -> Floats:

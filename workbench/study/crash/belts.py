@@ -11,13 +11,12 @@ from workbench.body.forward import place
 from workbench.files.crash.restraints import surface_point
 from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.parts import RawPart
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.environment import Allowance, Environment
 from workbench.model.motion_case import ForceCurve, MotionCase
 from workbench.model.poses import Placed
 from workbench.model.simulation import Belt, BeltPoint, tension_history
-from workbench.model.spool import pieces
 from workbench.model.surroundings import joined
 
 __all__ = ["belt_line", "belt_tensions", "with_belts"]

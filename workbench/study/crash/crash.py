@@ -13,14 +13,13 @@ from workbench.body.pieces import piece_warnings
 from workbench.contact.collide import nearest, self_clearance
 from workbench.contact.episodes import episodes, self_episodes
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Floats, Ints, pieces
 from workbench.model.body import Body
 from workbench.model.contacts import Clearance, Episodes
 from workbench.model.motion_case import Agreement, Meeting, MotionCase
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import poses_at
 from workbench.model.result import MotionFound
-from workbench.model.spool import pieces
 from workbench.study.checks.table import motion_verdict
 from workbench.study.crash.belts import belt_tensions
 from workbench.study.crash.frames import (

@@ -18,7 +18,7 @@ from workbench.contact.collide import (
     room,
 )
 from workbench.errors import UsageError
-from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints, Spool, pieces
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion, Limit
 from workbench.model.environment import Environment
@@ -40,7 +40,6 @@ from workbench.model.simulation import (
     level_at,
     ruled,
 )
-from workbench.model.spool import Spool, pieces
 from workbench.motion.signals import (
     GRAVITY,
     acceleration,

@@ -476,14 +476,12 @@ def _upright_fan(ahead: Floats, rises: Floats, turns: Floats) -> Floats:
 
 def _turns(most: float) -> Floats:
     """Angles [rad] from straight ahead to both sides, 30 degrees apart, the greatest in degrees."""
-    found: Floats = np.radians(np.arange(-most, most + 1.0, 30.0))
-    return found
+    return np.radians(np.arange(-most, most + 1.0, 30.0))
 
 
 def _visible(environment: Environment, without: Iterable[str]) -> Bools:
     """(K,) the shown parts without some."""
-    found: Bools = ~environment.hidden & ~np.isin(environment.parts, list(without))
-    return found
+    return ~environment.hidden & ~np.isin(environment.parts, list(without))
 
 
 def _met(

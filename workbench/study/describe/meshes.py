@@ -119,8 +119,7 @@ class Standing:
 
     def points(self, part: int) -> Floats:
         """(V, 3) [m] the vertices of a part, each once."""
-        found: Floats = self.vertices[np.unique(self.faces[self.part == part])]
-        return found
+        return self.vertices[np.unique(self.faces[self.part == part])]
 
     @cached_property
     def ground(self) -> Ground:
@@ -137,8 +136,7 @@ class Standing:
 
     def corners(self, faces: Ints) -> Floats:
         """(N, 3, 3) [m] of some faces."""
-        found: Floats = self.vertices[self.faces[faces]]
-        return found
+        return self.vertices[self.faces[faces]]
 
     def part_corners(self, part: str) -> Floats:
         """(N, 3, 3) [m] the faces of a part."""
@@ -313,8 +311,7 @@ class Meshes:
     def in_file(self, says: Sequence[MeshFile], row: int, point: Floats) -> Floats:
         """(3,) where a point of the world [m] is in a mesh file, in its own unit and axes."""
         frame = mesh_frame(self.raws[row], says[row])
-        found: Floats = (point - frame.move) @ frame.rotation / (frame.metres or 1.0)
-        return found
+        return (point - frame.move) @ frame.rotation / (frame.metres or 1.0)
 
     def grown(self, faces: Sequence[int]) -> Ints:
         """Find the faces of the surface around faces that were pointed at. InputError as of
@@ -339,8 +336,7 @@ class Meshes:
         if owners not in self._surfaces:
             self._surfaces[owners] = self._surface_of(own)
         seeds = np.searchsorted(own, faces).tolist()
-        found: Ints = own[grown_faces(self._surfaces[owners], seeds)]
-        return found
+        return own[grown_faces(self._surfaces[owners], seeds)]
 
     def _surface_of(self, faces: Ints) -> Surface:
         used, index = np.unique(self.faces[faces], return_inverse=True)
@@ -385,5 +381,4 @@ def _two_corners(box: Floats) -> tuple[Floats, Ints]:
 
 
 def _in_world(points: Floats, frame: MeshFrame) -> Floats:
-    found: Floats = points * (frame.metres or 1.0) @ frame.rotation.T + frame.move
-    return found
+    return points * (frame.metres or 1.0) @ frame.rotation.T + frame.move

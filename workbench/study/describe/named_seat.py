@@ -13,8 +13,7 @@ from workbench.files.names import unique_names
 from workbench.files.seat_doubts import rest_lines
 from workbench.files.seat_search import PartFaces, found_seat
 from workbench.model.arrays import xyz
-from workbench.study.describe.edits_files import added_file, moved_file
-from workbench.study.describe.edits_frame import framed
+from workbench.study.describe.edits_files import added_file, framed, moved_file
 from workbench.study.describe.edits_seats import faced
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.saving import description_text

@@ -95,8 +95,7 @@ def seated_eye(file: EnvironmentFile, name: str) -> Floats:
     file, name
         As of `seated_person`.
     """
-    eye: Floats = _seated("driving", file, name).eye[0]
-    return eye
+    return _seated("driving", file, name).eye[0]
 
 
 def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> list[str]:

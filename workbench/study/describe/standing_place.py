@@ -247,8 +247,7 @@ def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, 
 def _room(environment: Environment, on: Floats, yaw: Floats, *, lifted: float = LIFTED) -> Floats:
     """(M,) [m] what a standing man has about him, lifted a little so that the floor is not near."""
     apart = room(_standing(on + np.array([0.0, 0.0, lifted]), yaw), environment)
-    found: Floats = np.nan_to_num(apart, nan=np.inf).min(axis=1)
-    return found
+    return np.nan_to_num(apart, nan=np.inf).min(axis=1)
 
 
 def _nearest_clear(spots: _Spots) -> _Spots:

@@ -347,8 +347,7 @@ def spot_of(opened: OpenPlace, description: Description, hit: Hit) -> Spot:
 def spot_place(opened: OpenPlace, description: Description, spot: Spot) -> Floats:
     """(3,) [m] where a point of a mesh file stands."""
     points = np.array([spot.point])
-    found: Floats = opened.meshes.all_in_world(description.file.meshes, spot.mesh, points)[0]
-    return found
+    return opened.meshes.all_in_world(description.file.meshes, spot.mesh, points)[0]
 
 
 def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFigures:
@@ -458,7 +457,7 @@ def _spot_at(opened: OpenPlace, description: Description, point: Sequence[float]
 # Edits of a description: pure functions from one description to the next.
 #
 # What was pointed at goes along when a unit, an axis or the floor changes; what was typed stays.
-# `edits_frame` has units, axes and the floor, `edits_seats` seats, `edits_things` controls, points and
+# `edits_files` has files, units, axes and the floor, `edits_seats` seats, `edits_things` controls, points and
 # figures that are typed, `edits_parts` parts. Here is what they share.
 
 SECTIONS = {"seat": "seats", "control": "controls", "point": "points"}

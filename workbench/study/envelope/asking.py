@@ -184,8 +184,7 @@ class Rays:
 
     def at(self, radius: Floats) -> Floats:
         """(R, 3) [m] the points at these radii (R,)."""
-        points: Floats = self.origin + radius[:, None] * self.direction
-        return points
+        return self.origin + radius[:, None] * self.direction
 
     def rows(self, rows: Ints) -> Rays:
         """Some of the rays; those beside keep the numbers they had."""
@@ -275,5 +274,4 @@ def solid_angles(direction: Floats, step: float) -> Floats:
     low = np.maximum(elevation - step / 2, -np.pi / 2)
     high = np.minimum(elevation + step / 2, np.pi / 2)
     width = np.where(np.abs(direction[:, 2]) > 1.0 - 1e-12, 2 * np.pi, step)
-    cells: Floats = width * (np.sin(high) - np.sin(low))
-    return cells
+    return width * (np.sin(high) - np.sin(low))

@@ -159,8 +159,7 @@ def _step(task: Task, found: Found, way: Floats) -> Floats:
     miss = np.maximum(found.numbers[:, 0], NEAR)
     toward = (tips_of(task, found.angles)[:, :3] - task.goal[:, :3]) / miss[:, None]
     cosine = np.clip(np.einsum("pi,pi->p", toward, way), 1 / 3, 1.0)
-    step: Floats = np.where(miss < FLAT, miss / cosine, miss)
-    return step
+    return np.where(miss < FLAT, miss / cosine, miss)
 
 
 def _mended(task: Task, rays: Rays, postures: Drawn, ends: Ends) -> Ends:
