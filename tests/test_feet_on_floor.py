@@ -142,8 +142,9 @@ def test_a_seat_that_is_not_where_its_cushion_is_comes_first_and_its_feet_are_no
     (tmp_path / "sit.yaml").write_text(STUDY)
     main(["run", str(tmp_path / "sit.yaml"), "--out", str(tmp_path / "out"), "--json"])
     rows = json.loads(capsys.readouterr().out)
-    lost = "eat 'left': its reference point is 299 mm below"
+    lost = "eat 'left': its reference point is 324 mm below its cushion 'pan' and 107 mm behind"
     assert rows["warnings"][0].startswith(f"s{lost}")
+    assert "; at (-150, 0, 430) mm it would be" in rows["warnings"][0]  # the edge of pan and back
     assert not [one for one in rows["warnings"] if "the feet" in one or "check the seat" in one]
     said = rows["headline"]
     assert said.startswith(f"S{lost}") and "Mend this first" in said

@@ -193,6 +193,42 @@ def test_what_is_wrong_in_a_raw_file_is_named_with_line_and_column(people, old, 
 
 
 @pytest.mark.parametrize(
+    ("sitting", "acromial", "told"),
+    [
+        # sitting heights from the floor, on a seat 430 mm high: 1756 - 1348 = 408 < 553
+        (
+            1348,
+            1330,
+            "people.csv:2: kneeheightsitting: the knee height sitting is 553 mm where the stature "
+            "less sitting height, which it is a part of, is 408 mm",
+        ),
+        (
+            780,
+            1440,
+            "people.csv:2: eyeheightsitting: the eye height sitting is 804 mm where the sitting",
+        ),
+        (
+            918,
+            1800,
+            "people.csv:2: acromialheight: the acromial height sitting is 962 mm where the eye",
+        ),
+    ],
+)
+def test_a_measure_longer_than_what_it_is_a_part_of_is_refused_with_its_line(
+    people, sitting, acromial, told
+):
+    text = (
+        "sex,stature,sittingheight,eyeheightsitting,kneeheightsitting,acromialheight\n"
+        f"male,1756,{sitting},804,553,{acromial}\nfemale,1628,857,748,510,1335\n"
+    )
+    wanted = ["stature", "sitting_height", "eye_height_sitting", "knee_height_sitting"]
+    with pytest.raises(InputError) as error:
+        people(text, [*wanted, "acromial_height_sitting"])
+    assert any(told in problem for problem in error.value.problems)
+    assert all("people.csv:2:" in problem for problem in error.value.problems)
+
+
+@pytest.mark.parametrize(
     ("sign", "encoding", "told"),
     [
         (";", "utf-8", "parted by ';'"),

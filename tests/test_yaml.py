@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench import InputError, load_environment, read_ansur
+from workbench import InputError, load_environment, load_study, read_ansur
 from workbench.errors import has_controls, printable
 from workbench.files.kinds import check_file
 from workbench.files.motions.number_rows import numbered_lines
@@ -296,7 +296,8 @@ def test_a_control_character_in_a_text_is_refused_with_its_place(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "read", [read_yaml, read_ansur, lambda path: list(numbered_lines(path)), load_result]
+    "read",
+    [read_yaml, read_ansur, lambda path: list(numbered_lines(path)), load_result, load_study],
 )
 def test_pipes_and_devices_are_refused_by_every_reader_of_text(tmp_path, read):
     os.mkfifo(tmp_path / "pipe")

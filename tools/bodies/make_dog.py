@@ -182,7 +182,7 @@ def fitted(surface: Surface, segments: dict[str, Row], claims: list[Row]) -> lis
     for key, entry in segments.items():
         like = "L" + key[1:] if entry["side"] == "R" else key
         mirror = MIRROR if entry["side"] == "R" else np.ones(3)
-        centre, radius = cut.spheres(like)
+        centre, radius = _bridged(*cut.spheres(like))
         part = cut.parts[cut.segments.index(like)]
         origin = np.round(middle[cut.segments.index(like)] * mirror, 3)
         rows.append(
@@ -198,6 +198,24 @@ def fitted(surface: Surface, segments: dict[str, Row], claims: list[Row]) -> lis
         )
     _tell(cut)
     return rows
+
+
+def _bridged(centre: Array, radius: Array) -> tuple[Array, Array]:
+    """Spheres (n, 3), (n,) of a segment with one more of the least radius between each that touches
+    no other and the nearest: what hangs on a neighbour alone falls off where a joint turns."""
+    more = []
+    for k in range(len(radius)):
+        way = centre - centre[k]
+        far = np.linalg.norm(way, axis=1)
+        gap = far - radius - radius[k]
+        gap[k] = np.inf
+        near = int(gap.argmin())
+        if gap[near] >= 0.0 and len(radius) > 1:
+            more.append(centre[k] + (radius[k] + 0.5 * gap[near]) / far[near] * way[near])
+    if not more:
+        return centre, radius
+    least = np.full(len(more), FIT["least_radius"])
+    return np.concatenate([centre, more]), np.concatenate([radius, least])
 
 
 def _claimed(cut: SegmentedFit, claims: list[Row]) -> SegmentedFit:

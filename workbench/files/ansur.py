@@ -23,6 +23,7 @@ from workbench.files.opening import BYTE_ORDER_MARK, read_whole
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats
 from workbench.model.population import MASS, MEASURES, SEXES, Population, check_measures
+from workbench.model.units import plain
 
 __all__ = [
     "BODY_MASS_INDEX",
@@ -49,6 +50,36 @@ _SEVERAL = 3
 _STATED = re.compile(rf"({'|'.join(MEASURES)})_(mm|cm|m|in|kg)")
 """A name of a column, and the unit that it may end with, as `workbench people draw --csv` writes it."""
 _OWN = {"sex": _SEX, "label": _SUBJECT}
+_LEGS = "stature less sitting height"
+# by hand; in ANSUR II no part is longer than 0.96 of its whole, the legs of nobody shorter than 1.4
+# of the knee's height
+_WHOLES = {
+    "sitting_height": "stature",
+    "acromial_height": "stature",
+    "cervicale_height": "stature",
+    "trochanterion_height": "stature",
+    "crotch_height": "stature",
+    "lateral_femoral_epicondyle_height": "trochanterion_height",
+    "lateral_malleolus_height": "lateral_femoral_epicondyle_height",
+    "eye_height_sitting": "sitting_height",
+    "cervicale_height_sitting": "eye_height_sitting",
+    "acromial_height_sitting": "eye_height_sitting",
+    "elbow_rest_height": "acromial_height_sitting",
+    "thigh_clearance": "knee_height_sitting",
+    "popliteal_height": "knee_height_sitting",
+    "knee_height_sitting": _LEGS,
+    "buttock_popliteal_length": "buttock_knee_length",
+    "biacromial_breadth": "bideltoid_breadth",
+    "radiale_stylion_length": "forearm_hand_length",
+    "forearm_center_of_grip_length": "forearm_hand_length",
+    "forearm_hand_length": "thumb_tip_reach",
+    "hand_length": "forearm_hand_length",
+    "hand_breadth": "hand_length",
+    "foot_breadth_horizontal": "foot_length",
+    "interpupillary_breadth": "head_breadth",
+    "tragion_top_of_head": "sitting_height",
+}
+"""Measures, and what each is a part of: nobody's is as long as that."""
 _SITTING = {
     "acromial_height_sitting": "acromialheight",
     "cervicale_height_sitting": "cervicaleheight",
@@ -78,7 +109,8 @@ def read_ansur(
     columns by the names of the measures too, give lengths in another unit [m], masses as `mass`
     [kg], say the unit of a column in its name (`stature_mm`), as `workbench people draw --csv` writes
     them, and in a column `weights` for how many people each row stands. InputError names missing
-    columns, and for absurd values their line and column; a mass is judged against the stature too.
+    columns, and for absurd values their line and column; a mass is judged against the stature, and a
+    measure against what it is a part of (eyes below the top of the head).
     """
     if not paths:
         raise UsageError("name one CSV file or more")
@@ -180,6 +212,8 @@ def _measured(
         faults += [_absurd_words(table, row, measure, parts, values[measure]) for row in rows]
     if not faults and {MASS, "stature"} <= values.keys():
         faults += _mass_faults(table, columns_of[MASS][0], values[MASS], values["stature"])
+    if not faults:
+        faults += _part_faults(table, columns_of, values)
     return np.stack([values[measure] for measure in columns_of], axis=1)
 
 
@@ -210,6 +244,27 @@ def _mass_faults(table: _Table, column: str, mass: Floats, stature: Floats) -> I
             f"{1000 * stature[row]:g} mm tall (mass / stature^2 is {index[row]:.1f} kg/m^2, {low:g} to "
             f"{high:g} is a person's; the median of the file is {middle:.1f}): the column counts {unit}; "
             f"call it {MASS} where it holds kilograms, and convert pounds (0.4536 kg)"
+        )
+
+
+def _part_faults(
+    table: _Table, columns_of: dict[str, tuple[str, ...]], values: dict[str, Floats]
+) -> Iterator[str]:
+    """Report measures [m] that are longer than what they are a part of, line by line."""
+    wholes = dict(values)
+    if {"stature", "sitting_height"} <= values.keys():
+        wholes[_LEGS] = values["stature"] - values["sitting_height"]
+    found = [
+        (row, part, whole)
+        for part, whole in _WHOLES.items()
+        if part in values and whole in wholes
+        for row in np.flatnonzero(values[part] >= wholes[whole]).tolist()
+    ]
+    for row, part, whole in sorted(found):
+        yield (
+            f"{table.path}:{table.lines[row]}: {columns_of[part][-1]}: the {plain(part)} is "
+            f"{1000 * values[part][row]:g} mm where the {plain(whole)}, which it is a part of, is "
+            f"{1000 * wholes[whole][row]:g} mm"
         )
 
 

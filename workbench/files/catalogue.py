@@ -66,7 +66,8 @@ def _at_path(name: str, inner: str, near: Path | None) -> Path:
     for folder in folders:
         path = folder / spelled(folder, name)
         for candidate in (path, path / inner) if inner else (path,):
-            if is_file(candidate):
+            # what is no regular file is refused as such by who reads it
+            if is_there(candidate) and not is_folder(candidate):
                 return candidate
     looked = ", ".join(str(folder) for folder in dict.fromkeys(folders))
     raise InputError(f"{name}: no such file (looked from {looked})")
