@@ -23,7 +23,7 @@ from workbench.posture.kernels.inverse import NEARLY
 from workbench.posture.reaching.chains import Found, Task, reaches, rows_of, tips_of
 from workbench.posture.reaching.obstacles import Room, cleared
 
-__all__ = ["asked_again", "missed_by_obstacles"]
+__all__ = ["asked_again", "missed_by_obstacles", "targets_aside"]
 
 ASIDE = (1e-3, 5e-3, 20e-3)
 """Distances [m] of the targets near by."""
@@ -160,7 +160,7 @@ def _ask_near_by(misses: _Misses) -> None:
         if not len(rows):
             return
         before = misses.miss[rows].copy()
-        aside = _aside(misses.task.base[rows])
+        aside = targets_aside(misses.task.base[rows])
         whose = np.repeat(rows, aside.shape[1])
         away = aside.reshape(-1, 3)
         far = np.linalg.norm(away, axis=1)
@@ -179,7 +179,7 @@ def _ask_near_by(misses: _Misses) -> None:
         rows = np.intersect1d(rows[better], misses.left)
 
 
-def _aside(base: Floats) -> Floats:
+def targets_aside(base: Floats) -> Floats:
     """(P, N, 3) [m] how far aside the targets near by are, along the axes (P, 3, 4) of segments."""
     axes = base[:, :, :3].transpose(0, 2, 1)
     ways = np.concatenate([axes, -axes], axis=1)

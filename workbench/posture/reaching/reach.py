@@ -44,7 +44,11 @@ from workbench.posture.reaching.heeding import deep_in, in_own_body
 from workbench.posture.reaching.history import Recall
 from workbench.posture.reaching.limbs import Limb, moves_arm_alone, tighter
 from workbench.posture.reaching.linkage import joints_between
-from workbench.posture.reaching.nearer import asked_again, missed_by_obstacles
+from workbench.posture.reaching.nearer import (
+    asked_again,
+    missed_by_obstacles,
+    targets_aside,
+)
 from workbench.posture.reaching.obstacles import Room, cleared
 from workbench.posture.reaching.oneself import own_body, own_names
 from workbench.posture.reaching.outward import Lead, no_lead, outward
@@ -63,6 +67,10 @@ LEANS = tuple(
 )
 """How a trunk leans that is tried where the arm comes into the own body: back or forward, away from the
 arm or toward it, and turned likewise, as shares of what the joints allow; the least leaning first."""
+
+
+NEAR_BY = 3
+"""Reaches to targets near by whose trunk is tried, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,6 +362,7 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
         into_itself = _turn_arms_alone(own, held, crowd, ask)
         if ask.thorough and held.base != crowd.limb.base:
             _lean_elsewhere(own, held, into_itself, crowd, ask)
+            _lean_as_near_by(own, held, into_itself, crowd, ask)
     if held is not None and ask.tighter:
         _take_tighter(own, held, crowd, ask)
     rows = np.flatnonzero(own.reached)
@@ -448,6 +457,42 @@ def _lean_elsewhere(own: _Solved, arm: Limb, rows: Ints, crowd: _Crowd, ask: _As
         )
         got = np.flatnonzero(there.reached & (clear.overlap <= 0))
         _put(own, rows[got], there.rows(got), angles[got])
+
+
+def _lean_as_near_by(own: _Solved, arm: Limb, rows: Ints, crowd: _Crowd, ask: _Ask) -> None:
+    """Let arms that are still kept off reach from a trunk that leans as for a target near by, where the
+    reach to that shows that something nearer is possible: a miss contradicts none of theirs."""
+    rows = rows[~own.reached[rows]]
+    if not len(rows):
+        return
+    pose = own.task.pose[rows]
+    aside = targets_aside(own.task.base[rows])
+    count = aside.shape[1]
+    goals, ways = (values.reshape(-1, 1, 3)[rows] for values in (crowd.goals, crowd.ways))
+    some = replace(
+        crowd,
+        held=crowd.held.rows(pose),
+        person=crowd.person[pose],
+        goals=goals + aside,
+        ways=np.repeat(ways, count, axis=1),
+    )
+    asked = replace(_of_rows(ask, own.task.pose, rows), recall=None, thorough=False, tighter=False)
+    near = _solved_crowd(some, asked)
+    at_best = np.linalg.norm(aside, axis=2) + _lack(near).reshape(-1, count)
+    for rank in range(NEAR_BY):
+        best = np.argsort(at_best, axis=1, kind="stable")[:, rank]
+        left = np.flatnonzero(_lack(own.rows(rows)) > at_best[np.arange(len(rows)), best] + PRECISE)
+        if not len(left):
+            return
+        angles = near.found.angles[left * count + best[left]]
+        there = _arms_alone(own, arm, rows[left], angles, crowd, ask)
+        better = np.flatnonzero(_lack(there) < _lack(own.rows(rows[left])) - PRECISE)
+        _put(own, rows[left[better]], there.rows(better), angles[better])
+
+
+def _lack(own: _Solved) -> Floats:
+    """(P,) [m] what reaches lack, nothing where they come to their targets."""
+    return np.where(own.reached, 0.0, _short(own.found))
 
 
 def _take_tighter(own: _Solved, held: Limb, crowd: _Crowd, ask: _Ask) -> None:
