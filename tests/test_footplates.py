@@ -25,10 +25,8 @@ criteria:
 """
 
 
-@pytest.fixture(scope="module")
-def rolled(tmp_path_factory):
-    """The same man in a wheelchair with a stick on its armrest, 120 mm back and 100 mm ahead."""
-    folder = tmp_path_factory.mktemp("chair")
+def rolled_studies(folder, study):
+    """Two studies of a wheelchair with a stick on its armrest, 120 mm back and 20 mm back."""
     place = folder / "environments" / "chair"
     place.mkdir(parents=True)
     for file in ("counter.obj", "environment.yaml"):
@@ -37,12 +35,29 @@ def rolled(tmp_path_factory):
         stick = "  stick: {at: [250, -260, 720], grip: grasp, zone: 1, part: right_armrest}\n"
         (place / file).write_text(text.replace("controls:\n", f"controls:\n{stick}"))
     (folder / "studies").mkdir()
-    found = []
     for forward in ("-120", "-20"):
         path = folder / "studies" / f"at{forward}.yaml"
-        path.write_text(STUDY.replace("FORWARD", forward))
-        found.append(wb.run(wb.load_study(path)))
-    return found
+        path.write_text(study.replace("FORWARD", forward))
+        yield path
+
+
+@pytest.fixture(scope="module")
+def rolled(tmp_path_factory):
+    """The same man in both."""
+    studies = rolled_studies(tmp_path_factory.mktemp("chair"), STUDY)
+    return [wb.run(wb.load_study(path)) for path in studies]
+
+
+def test_the_force_on_a_stick_of_the_chair_is_the_same_wherever_the_chair_stands(tmp_path):
+    force = "  - {name: push, check: force, controls: [stick], direction: [1, 0, 0], at_least: 60, capable: 75}\n"
+    people = "population: {people: 4, seed: 2}, "
+    study = STUDY.replace("seat: wheelchair", people + "seat: wheelchair")
+    found = [
+        wb.run(wb.load_study(path)).population.margin[:, 0]
+        for path in rolled_studies(tmp_path, study.split("criteria:")[0] + "criteria:\n" + force)
+    ]
+    assert np.ptp(found[0]) > 0.0 and found[0].max() > -0.06  # somebody pushes
+    np.testing.assert_allclose(found[1], found[0], atol=5e-4)  # half a newton
 
 
 def test_who_rolls_reaches_what_is_on_the_chair_alike_and_no_pedal_is_too_near(rolled):

@@ -31,7 +31,15 @@ from workbench.model.quaternions import cross
 from workbench.model.rule_set import RuleSet
 from workbench.strain.working_angles import check_segments, joint_points
 
-__all__ = ["Arms", "HandStrength", "arm_net", "arms_of", "given_directions", "hand_strength"]
+__all__ = [
+    "Arms",
+    "HandStrength",
+    "arm_net",
+    "arms_of",
+    "deviations_below",
+    "given_directions",
+    "hand_strength",
+]
 
 _ALONG = 1e-9
 """Part of a unit direction below which it counts as none, so that rounding gives no sign."""
@@ -101,9 +109,7 @@ class HandStrength:
     def strength(self, share: float) -> Floats:
         """(P,) [N] what a share of such people exerts at least; never below 0. InputError where that
         is not between 0 and 1."""
-        if not 0.0 < share < 1.0:
-            raise InputError(f"share: expected more than 0 and less than 1, got {share:g}")
-        force: Floats = self.mean - float(ndtri(share)) * self.deviation + self.gravity
+        force: Floats = self.mean - deviations_below(share) * self.deviation + self.gravity
         return np.maximum(force, 0.0)
 
 
@@ -201,6 +207,14 @@ def hand_strength(
         version=values.description,
         status=values.status(*values.values),
     )
+
+
+def deviations_below(share: float) -> float:
+    """How many standard deviations below the mean is what a share of people have at least; InputError
+    where that is not between 0 and 1."""
+    if not 0.0 < share < 1.0:
+        raise InputError(f"share: expected more than 0 and less than 1, got {share:g}")
+    return float(ndtri(share))
 
 
 def given_directions(direction: ArrayLike, count: int, what: str) -> Floats:

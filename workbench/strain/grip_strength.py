@@ -21,6 +21,7 @@ from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
 from workbench.model.arrays import Floats, for_rows
 from workbench.model.rule_set import RuleSet
+from workbench.strain.arm_strength import deviations_below
 
 __all__ = ["GripStrength", "grip_strength"]
 
@@ -56,9 +57,7 @@ class GripStrength:
     def strength(self, share: float) -> Floats:
         """(P,) [N] what a share of such people closes a hand with at least; never below 0.
         InputError where that is not between 0 and 1."""
-        if not 0.0 < share < 1.0:
-            raise InputError(f"share: expected more than 0 and less than 1, got {share:g}")
-        score = float(ndtri(1.0 - share))
+        score = -deviations_below(share)
         k = int(np.searchsorted(self.scores[1:-1], score))
         part = (score - self.scores[k]) / (self.scores[k + 1] - self.scores[k])
         force: Floats = self.forces[:, k] + part * (self.forces[:, k + 1] - self.forces[:, k])

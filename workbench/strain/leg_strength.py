@@ -21,7 +21,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr
 
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
@@ -29,7 +29,7 @@ from workbench.model.arrays import Bools, Floats, Ints, for_rows
 from workbench.model.poses import Placed
 from workbench.model.quaternions import cross
 from workbench.model.rule_set import RuleSet
-from workbench.strain.arm_strength import given_directions
+from workbench.strain.arm_strength import deviations_below, given_directions
 from workbench.strain.working_angles import check_segments, joint_points
 
 __all__ = ["AGES", "FootStrength", "foot_strength", "joint_moments", "largest_push"]
@@ -101,9 +101,7 @@ class FootStrength:
     def strength(self, share: float) -> Floats:
         """(P,) [N] what a share of such people exerts at least; never below 0. InputError where that
         is not between 0 and 1."""
-        if not 0.0 < share < 1.0:
-            raise InputError(f"share: expected more than 0 and less than 1, got {share:g}")
-        return self._at(np.full(len(self.mean), float(ndtri(share))))
+        return self._at(np.full(len(self.mean), deviations_below(share)))
 
     def _at(self, score: Floats) -> Floats:
         """(P,) [N] the force of people so many deviations (P,) below the mean."""

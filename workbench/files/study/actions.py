@@ -319,10 +319,8 @@ def _held(file: PredictedFile | DriverFile) -> Iterator[tuple[str, str, tuple[st
 
 def _sides(file: SidesFile, field: str, kind: str) -> Iterator[tuple[str, str, tuple[str, str]]]:
     """Limb, control and where it stands, the left one first."""
-    for side in ("left", "right"):
-        control = getattr(file, side)
-        if control is not None:
-            yield f"{side} {kind}", control, (field, side)
+    for limb, control in file.held(kind).items():
+        yield limb, control, (field, limb.split()[0])
 
 
 def _recorded(work: Work, asked: _Asked, room: Environment | None) -> RecordedMotion | None:

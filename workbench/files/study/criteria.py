@@ -361,13 +361,8 @@ def _limbs_on(
 def _held(action: ActionFile) -> dict[str, str]:
     """By limb ("left hand", ...) the control that an action has it on."""
     aims = action.predicted or action.driver
-    sides = {"hand": aims.hands, "foot": aims.feet} if aims else {"hand": action.hands}
-    return {
-        f"{side} {kind}": name
-        for kind, both in sides.items()
-        for side in ("left", "right")
-        if both is not None and (name := getattr(both, side)) is not None
-    }
+    hands = aims.hands if aims else action.hands
+    return (hands.held("hand") if hands else {}) | (aims.feet.held("foot") if aims else {})
 
 
 def _window(limit: LimitFile) -> float:

@@ -298,6 +298,11 @@ class SidesFile(FileModel):
     left: Name | None = None
     right: Name | None = None
 
+    def held(self, kind: str) -> dict[str, str]:
+        """By limb ("left hand", "right foot") of a kind the control that it is on, the left one first."""
+        sides = {"left": self.left, "right": self.right}
+        return {f"{side} {kind}": name for side, name in sides.items() if name is not None}
+
 
 class DriversFeetFile(SidesFile):
     """The controls under a driver's feet, one at least: the one nearer to the heel point is the

@@ -21,12 +21,10 @@ from workbench.model.units import plain, unit_of
 from workbench.strain.arm_strength import arms_of, hand_strength
 from workbench.strain.leg_strength import foot_strength
 from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.seat_travel import ON_PEDAL
 from workbench.study.situation import Situation
 
 __all__ = ["findings", "margins"]
-
-_ON = 0.001
-"""[m] A hand or foot that stays farther from its control is not on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +88,8 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
 def _exerted(situation: Situation, criterion: Criterion, name: str) -> _Exerted:
     """The force of the limb that is on a control."""
     limb = next(limb for limb, control in situation.work.held.items() if control == name)
-    at = next(one.at for one in situation.environment.controls if one.name == name)
+    control = next(one for one in situation.environment.controls if one.name == name)
+    at = situation.where([control])[:, 0]
     side = cast(Literal["left", "right"], limb.split()[0])
     placed = situation.placed
     rules = criterion.rule_set
@@ -118,7 +117,7 @@ def _exerted(situation: Situation, criterion: Criterion, name: str) -> _Exerted:
         )
         force, limits, beyond = leg.strength(criterion.capable), leg.limits, leg.beyond
         stays = situation.seated.miss.get(limb) if situation.seated is not None else None
-    off = np.zeros(len(placed), dtype=np.bool_) if stays is None else stays > _ON
+    off = np.zeros(len(placed), dtype=np.bool_) if stays is None else stays > ON_PEDAL
     told = tuple("reach" if gone else what for gone, what in zip(off, limits, strict=True))
     return _Exerted(limb, np.where(off, 0.0, force), told, beyond, rules.description)
 
