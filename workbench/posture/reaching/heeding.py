@@ -46,7 +46,7 @@ def as_posed(body: Body, poses: Poses, limb: Limb) -> tuple[Task, Floats]:
         base=segment_frames(body, poses, limb.base),
         goal=np.zeros((len(poses), 12)),
     )
-    return task, np.ascontiguousarray(angles_of(body, poses)[:, task.joints])
+    return task, np.ascontiguousarray(angles_of(body, poses, task.joints))
 
 
 def deep_in(task: Task, angles: Floats, room: Room) -> Found:

@@ -510,7 +510,7 @@ def _take_tighter(own: _Solved, held: Limb, crowd: _Crowd, ask: _Ask) -> None:
     less = _short(there.found) < _short(own.found.rows(missed)) - PRECISE
     got = np.flatnonzero(there.reached | less)
     rows = missed[got]
-    angles = angles_of(own.task.body, crowd.held)[whose[rows]][:, own.task.joints]
+    angles = angles_of(own.task.body, crowd.held, own.task.joints)[whose[rows]]
     _put(own, rows, there.rows(got), angles)
 
 
@@ -583,10 +583,10 @@ def _task(crowd: _Crowd, ask: _Ask) -> Task:
 def _start(task: Task, crowd: _Crowd, ask: _Ask) -> Floats:
     """(P, K, 3) [rad] the angles as the poses have them, the free ones at their comfort modes or as
     in the initial poses."""
-    angles = cold(task, angles_of(task.body, crowd.held)[task.pose][:, task.joints])
+    angles = cold(task, angles_of(task.body, crowd.held, task.joints)[task.pose])
     if ask.initial is not None:
         link = task.link
-        given = angles_of(task.body, ask.initial)[:, task.joints]
+        given = angles_of(task.body, ask.initial, task.joints)
         given = np.repeat(given, len(crowd.held), axis=0) if len(given) == 1 else given
         angles = np.where(link.free_of >= 0, given[task.pose], angles)
     return angles
