@@ -189,7 +189,7 @@ def result_chunks(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"stopped after {done} of {people} people: "
-            + ("nothing is kept" if keep is None else _KEPT)
+            + (_KEPT if keep is not None and done else "nothing is kept")
         ) from None
     return [found[number] for number in range(len(bodies.chunks))]
 
