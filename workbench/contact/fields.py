@@ -310,12 +310,13 @@ def _shape(environment: Environment) -> Environment:
     adjustments, instruments, mirrors, rules and words.
 
     An index is made from this alone: so it stays the same where only a control or a rule is another
-    one. It is the same object for all environments of which it is the same.
+    one, and whatever is hidden, of which groups hold nothing. It is the same object for all environments of which it is the same.
     """
     shape = replace(
         environment,
         name="",
         description="",
+        hidden=np.zeros_like(environment.hidden),
         allowances=(),
         seats=(),
         points={},

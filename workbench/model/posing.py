@@ -178,16 +178,12 @@ def compose(body: Body, angles: Floats) -> Floats:
     return multiply(exponential(vector), exponential(angles[..., 2, None] * axes[:, 2]))
 
 
-def angles_of(body: Body, poses: Poses, joints: Sequence[int] | None = None) -> Floats:
+def angles_of(body: Body, poses: Poses) -> Floats:
     """(P, J, 3) [rad] the angle of each joint about its two swing axes and its twist axis, in the
-    first sense; of some joints (J,) where these are given."""
+    first sense."""
     check_joints(body, poses)
     axes = body.stops.axes
-    rotations = poses.rotations
-    if joints is not None:
-        axes = axes[joints]
-        rotations = rotations[:, joints]
-    swing, twist = swing_twist(rotations, axes[None, :, 2])
+    swing, twist = swing_twist(poses.rotations, axes[None, :, 2])
     first = np.sum(swing * axes[None, :, 0], axis=-1)
     second = np.sum(swing * axes[None, :, 1], axis=-1)
     return np.stack([first, second, twist], axis=-1)

@@ -46,7 +46,7 @@ def as_posed(body: Body, poses: Poses, limb: Limb) -> tuple[Task, Floats]:
         base=segment_frames(body, poses, limb.base),
         goal=np.zeros((len(poses), 12)),
     )
-    return task, np.ascontiguousarray(angles_of(body, poses, task.joints))
+    return task, np.ascontiguousarray(angles_of(body, poses)[:, task.joints])
 
 
 def deep_in(task: Task, angles: Floats, room: Room) -> Found:
@@ -92,6 +92,8 @@ def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = Fal
     not: in that of the room if there is one, else as it has come to lie, the own shoulder included.
     other_arm: as of `own_body`.
     """
+    if not len(task):
+        return np.zeros(0)
     room = replace(room, people=(), bodies_only=True)
     if room.own is None:
         body = task.body

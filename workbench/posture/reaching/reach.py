@@ -390,18 +390,19 @@ def _among_obstacles(
     room = _room(crowd, ask)
     effort = BRIEF if ask.brief else WHOLE
     found, doubt = cleared(task, free, room, effort=effort, recall=ask.recall)
-    if moves_arm_alone(task.limb):
+    rows = np.flatnonzero(reaches(found))
+    again = ask.thorough or ask.initial is not None
+    if moves_arm_alone(task.limb) and (len(rows) or again):
         own = own_body(task.body, crowd.held, task.limb, other_arm=ask.other_arm)
         room = replace(room, own=own)
-        rows = np.flatnonzero(reaches(found))
         rows = rows[in_own_body(rows_of(task, rows), found.angles[rows], room) > 0]
         if len(rows):
             recall = ask.recall.each().rows(rows) if ask.recall is not None else None
-            again = cleared(
+            clear = cleared(
                 rows_of(task, rows), found.rows(rows), room, effort=effort, recall=recall
             )
-            found.put(rows, again[0])
-            doubt[rows] = again[1]
+            found.put(rows, clear[0])
+            doubt[rows] = clear[1]
         if ask.thorough:  # of what is missed, too, no posture is told that enters the own body
             rows = missed_by_obstacles(found, doubt)
             deep = in_own_body(rows_of(task, rows), found.angles[rows], room)
@@ -510,7 +511,7 @@ def _take_tighter(own: _Solved, held: Limb, crowd: _Crowd, ask: _Ask) -> None:
     less = _short(there.found) < _short(own.found.rows(missed)) - PRECISE
     got = np.flatnonzero(there.reached | less)
     rows = missed[got]
-    angles = angles_of(own.task.body, crowd.held, own.task.joints)[whose[rows]]
+    angles = angles_of(own.task.body, crowd.held)[whose[rows]][:, own.task.joints]
     _put(own, rows, there.rows(got), angles)
 
 
@@ -583,10 +584,10 @@ def _task(crowd: _Crowd, ask: _Ask) -> Task:
 def _start(task: Task, crowd: _Crowd, ask: _Ask) -> Floats:
     """(P, K, 3) [rad] the angles as the poses have them, the free ones at their comfort modes or as
     in the initial poses."""
-    angles = cold(task, angles_of(task.body, crowd.held, task.joints)[task.pose])
+    angles = cold(task, angles_of(task.body, crowd.held)[task.pose][:, task.joints])
     if ask.initial is not None:
         link = task.link
-        given = angles_of(task.body, ask.initial, task.joints)
+        given = angles_of(task.body, ask.initial)[:, task.joints]
         given = np.repeat(given, len(crowd.held), axis=0) if len(given) == 1 else given
         angles = np.where(link.free_of >= 0, given[task.pose], angles)
     return angles

@@ -361,7 +361,7 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
             base=np.array(seated.world_from_reference),
             goal=_goals(sole, pitch),
         )
-        start = cold(task, angles_of(task.body, seated, task.joints))
+        start = cold(task, angles_of(task.body, seated)[:, task.joints])
         found = solved(task, start, SOLE_AGAIN)
         rotations = posed(task, found.angles)
         numbers = found.numbers.copy()

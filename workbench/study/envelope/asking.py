@@ -95,7 +95,7 @@ def rows_toward(task: Task, who: Ints, points: Floats) -> Task:
 def comfort_start(task: Task) -> Floats:
     """(P, K, 3) the chains' angles as the poses have them, the free ones at their comfort modes."""
     given = Poses(task.held, 0, np.repeat(np.eye(3, 4)[None], len(task), axis=0))
-    return cold(task, angles_of(task.body, given, task.joints))
+    return cold(task, angles_of(task.body, given)[:, task.joints])
 
 
 def anchors(task: Task) -> tuple[Floats, Floats]:
