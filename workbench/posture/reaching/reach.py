@@ -220,7 +220,8 @@ def reach(
     for first in range(0, count, PEOPLE_PER_REACH_BATCH):
         some = slice(first, first + PEOPLE_PER_REACH_BATCH)
         crowd = _crowd(body, limb, held.rows(some), goals[some], ways[some], displaced[some])
-        parts.append(_crowd_reach(crowd, ask.rows(some, count)))
+        own = ask.rows(some, count)
+        parts.append(_answer(crowd, own, _solved_crowd(crowd, own)))
     return join_reaches(parts, body, held)
 
 
@@ -336,11 +337,6 @@ class _Solved:
             self.reached[rows],
             self.extension[rows],
         )
-
-
-def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
-    """The reaches of a crowd, obstacles and extension included."""
-    return _answer(crowd, ask, _solved_crowd(crowd, ask))
 
 
 def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:

@@ -42,7 +42,6 @@ __all__ = [
     "CHUNK_SIZE",
     "EXACT_MEASURES",
     "MOST_KEPT",
-    "BareRows",
     "Family",
     "FittedChunk",
     "PopulationBodies",
@@ -114,14 +113,6 @@ class FittedChunk(NamedTuple):
     notes: list[str]
 
 
-class BareRows(NamedTuple):
-    """What tells the bare bodies of B people apart: their sex (B,), an index into SEXES, and the
-    FITTED_FIELDS by name, each (B, ...)."""
-
-    sex: Ints
-    fields: Mapping[str, Floats]
-
-
 @dataclass(frozen=True, eq=False)
 class Family:
     """What the bodies of a population share: a template with a row for each sex, clothes, and
@@ -135,19 +126,6 @@ class Family:
     def dressed(self) -> Body:
         """The template, dressed. All bodies have its topology, and what is kept with that."""
         return wear(self.template, self.encumbrances, like=self.template[0])
-
-    def body(self, bare_rows: BareRows) -> Body:
-        """Return dressed bodies, a row for each row of bare bodies."""
-        fields = bare_rows.fields
-        rows = {
-            name: fields[name] if name in fields else getattr(self.template, name)[bare_rows.sex]
-            for name in ROW_FIELDS
-        }
-        bare = body_of_rows(self.template, rows)
-        if self.sits:
-            bare = seated(bare)
-        dressed = wear(bare, self.encumbrances, like=self.template[0])
-        return body_of_rows(self.dressed, {name: getattr(dressed, name) for name in ROW_FIELDS})
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +153,18 @@ class PopulationBodies:
     def __getitem__(self, people: int | slice | Ints) -> Body:
         if isinstance(people, (int, np.integer)):
             people = np.array([people])
-        return self.family.body(self.rows(people))
+        family = self.family
+        sex, fields = self.rows(people)
+        template = family.template
+        rows = {
+            name: fields[name] if name in fields else getattr(template, name)[sex]
+            for name in ROW_FIELDS
+        }
+        bare = body_of_rows(template, rows)
+        if family.sits:
+            bare = seated(bare)
+        dressed = wear(bare, family.encumbrances, like=template[0])
+        return body_of_rows(family.dressed, {name: getattr(dressed, name) for name in ROW_FIELDS})
 
     def chunk(self, number: int) -> Shared[Body]:
         """Return the dressed bodies of a chunk. Those of few chunks are kept, and with them what is
@@ -185,10 +174,10 @@ class PopulationBodies:
             self.kept[number] = found
         return found
 
-    def rows(self, people: slice | Ints) -> BareRows:
-        """Return the bare bodies of some people."""
-        fields = {name: rows[people] for name, rows in self.fields.items()}
-        return BareRows(self.sex[people], fields)
+    def rows(self, people: slice | Ints) -> tuple[Ints, dict[str, Floats]]:
+        """Return what tells the bare bodies of some people (B,) apart: their sex (B,), and FITTED_FIELDS
+        (B, ...) by name."""
+        return self.sex[people], {name: rows[people] for name, rows in self.fields.items()}
 
     @property
     def chunks(self) -> list[slice]:
