@@ -233,7 +233,7 @@ class Gain:
     a metre, and margin_rate: metres by which the margin grows with a metre, mean of those who do
     not meet the requirement, both at the design as it is; before, after: the share that meets the
     requirement without and with the change (run again); joint_before, joint_after: the share that
-    meets all.
+    meets all; limit: that it, or where it was cut down a longer move, would put a part into another one, "" where none is.
     """
 
     words: str
@@ -245,6 +245,7 @@ class Gain:
     joint_before: float
     joint_after: float
     margin_rate: float = math.nan
+    limit: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -231,6 +231,9 @@ class PopulationFound:
         (R, 5) [m] margins at 1, 5, 50, 95 and 99 % of the (weighted) people.
     tried
         The changes that were tried.
+    refused
+        In words the changes that would gain and are not proposed, since they put a part into another
+        one.
     grips
         Controls that nobody uses with the grip that is asked for, since they are flat.
     hardest, shown
@@ -276,6 +279,7 @@ class PopulationFound:
     beheld: tuple[Shown, ...] = ()
     overlaps: tuple[PeopleOverlap, ...] = ()
     grips: tuple[GripFinding, ...] = ()
+    refused: tuple[str, ...] = ()
     overlapping: Bools = field(kw_only=True)
     elsewhere: Bools = field(kw_only=True)
 

@@ -430,6 +430,7 @@ def gain_sentence(gain: Gain, count: int) -> str:
     %." of so many people."""
     shares = (gain.before, gain.after, gain.joint_before, gain.joint_after)
     one, two, all_one, all_two = (percent_number(share, count) for share in shares)
+    limit = f" {_capital(gain.limit)}." if gain.limit else ""
     joint = f"leaves all requirements together at {all_one} %"
     if all_one != all_two:
         joint = f"all requirements together from {all_one} to {all_two} %"
@@ -438,24 +439,31 @@ def gain_sentence(gain: Gain, count: int) -> str:
         own = f"leaves “{plain(gain.requirement)}” at {one} %" + (
             " and takes" if all_one != all_two else ""
         )
-        return f"{_capital(plain(gain.words))} {own} {joint if all_one != all_two else 'and ' + joint}."
-    return f"{_capital(plain(gain.words))} {own} and {joint}."
+        joint = joint if all_one != all_two else f"and {joint}"
+        return f"{_capital(plain(gain.words))} {own} {joint}.{limit}"
+    return f"{_capital(plain(gain.words))} {own} and {joint}.{limit}"
 
 
 def no_gain_words(result: PopulationFound) -> list[str]:
-    """That no proposal gains anything, where people are left out and no changes were asked for; what was
-    not looked at where a seat goes beyond its travel; else nothing."""
-    if any("letting the seat go" in one.words for one in result.gains):
-        return [
-            "Whether a seat beyond its travel meets the floor or other parts by itself was not looked at."
-        ]
+    """What would gain and is not proposed; that no proposal gains anything, where people are left out
+    and no changes were asked for; what was not looked at where a seat goes beyond its travel."""
+    words = [f"Not proposed: {one}." for one in result.refused]
+    seat = result.place.own_seat
+    if any("letting the seat go" in one.words for one in result.gains) and not (
+        seat and seat.moves
+    ):
+        words.append(
+            "No part goes along with the seat (moves), so whether a seat beyond its travel meets the "
+            "floor or other parts was not looked at."
+        )
     if result.gains or result.served.all() or result.study.changes:
-        return []
+        return words
     sits = result.place.seat is not None
     what = "a control, a part or an end of the seat's travel" if sits else "a control or a part"
     return [
-        f"No straight move of {what}, up to 100 mm, nor two of them together, was found that lets "
-        "more people meet all requirements together."
+        *words,
+        f"No {'other ' if words else ''}straight move of {what}, up to 100 mm, nor two of them together, was found that lets "
+        "more people meet all requirements together.",
     ]
 
 

@@ -117,10 +117,8 @@ def accommodation(
     met = met_of(found.margin)
     checks = [one.requirement.check for one in asked]
     hardest = hardest_rows(found.margin, people.weight, checks=checks)
-    gains = tuple(
-        gains_of(
-            question, study.changes, bodies, found, keep=keep, passes=passes, executor=executor
-        )
+    gains = gains_of(
+        question, study.changes, bodies, found, keep=keep, passes=passes, executor=executor
     )
     maps = tuple(people_maps(question, study.reach_maps, bodies, passes=passes, executor=executor))
     grips = tuple(grip_findings(question, bodies, found))
@@ -150,7 +148,8 @@ def accommodation(
         only=missed_only(met, people.weight),
         spread=spread_of(found.margin, people.weight),
         hardest=tuple(hardest),
-        tried=gains,
+        tried=gains.tried,
+        refused=gains.refused,
         maps=maps,
         grips=grips,
         warnings=(

@@ -11,10 +11,12 @@ really gains is what a run with it says (see gains).
    each place that was judged: a move there lets somebody fit who has given way in all the others.
 2. Of each, the shortest move is taken that gains nearly as much as the best one does.
 3. Two of them together are looked at where people are left out whom neither helps alone.
+4. A move that would put a part into another one is cut down to the longest that does not.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -27,13 +29,14 @@ from workbench.model.environment import Seat
 from workbench.model.surroundings import Move, moved_controls, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.seating import leftward
+from workbench.study.accommodation.changes import enters, enters_words
 from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.shares import share_single, share_without
 from workbench.study.accommodation.sight_moves import SightMoves
 from workbench.study.checks.view import TOO_LOW
 
-__all__ = ["MOST_MOVE", "growth", "proposals", "shortest"]
+__all__ = ["MOST_MOVE", "Proposal", "growth", "proposals", "shortest"]
 
 MOST_MOVE = 0.1
 """The longest move [m] that is looked at."""
@@ -99,25 +102,33 @@ class _Way:
 
 
 @dataclass(frozen=True, eq=False)
-class _Candidate:
-    """A change, the number of the requirement that it is for, the share that would meet everything,
-    and who would (P,)."""
+class Proposal:
+    """A change that lets more people meet everything, as far as the margins say.
 
-    change: Change
+    Parameters
+    ----------
+    change
+        None where every move that would gain anything puts a part into another one.
+    requirement
+        The number of the one that it is for.
+    share, served
+        The share that would meet everything, and who would (P,).
+    limit
+        That a longer move would put a part into another one; "" where it is not cut down.
+    """
+
+    change: Change | None
     requirement: int
     share: float
     served: Bools
+    limit: str
 
 
-def proposals(
-    question: Question, bodies: PopulationBodies, found: Chunk
-) -> Iterator[tuple[Change, int, Bools]]:
-    """Changes that let more people meet everything, as far as the margins say, with the number of
-    the requirement each is for and who would (P,): first those that let most people meet
-    everything."""
+def proposals(question: Question, bodies: PopulationBodies, found: Chunk) -> Iterator[Proposal]:
+    """Changes that let more people meet everything, as far as the margins say: first those that let
+    most people meet everything."""
     met = met_of(found.margin)
     weight = question.people.weight
-    now = float(weight @ met.all(axis=1) / weight.sum())
     without = share_without(found.sets[:, : len(question.asked)], weight)
     single = share_single(met, weight)
     missed = [r for r in np.lexsort((single, -without)).tolist() if single[r] < 1.0]
@@ -127,7 +138,7 @@ def proposals(
     best = [
         one
         for ways in (*things, *seen, *([way] for way in seat))
-        if (one := _single(found, ways, weight, now)) is not None
+        if (one := _single(question.place, found, ways, weight)) is not None
     ]
     helpful = [
         _most_helpful(found, ways, r, weight) for ways, r in zip(things, missed, strict=True)
@@ -136,12 +147,11 @@ def proposals(
     pairs = [
         one
         for two in combinations([*_each_once(paired)[:MOST_PAIRED], *seat], 2)
-        if (one := _pair(found, two, weight)) is not None
+        if (one := _pair(question.place, found, two, weight)) is not None
     ]
     pairs.sort(key=lambda one: -one.share)
-    once = {one.change: one for one in (*best, *pairs[:MOST_PAIRS])}
-    for one in sorted(once.values(), key=lambda one: -one.share):
-        yield one.change, one.requirement, one.served
+    once = {one.change or one.limit: one for one in (*best, *pairs[:MOST_PAIRS])}
+    yield from sorted(once.values(), key=lambda one: -one.share)
 
 
 def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
@@ -378,20 +388,34 @@ def _in_places(found: Chunk) -> tuple[Floats, Ints]:
     return np.concatenate([found.margin, there]), person
 
 
-def _single(found: Chunk, ways: Sequence[_Way], weight: Floats, now: float) -> _Candidate | None:
-    """The shortest move along one of some ways that gains about as much as the best."""
+def _single(
+    place: Workplace, found: Chunk, ways: Sequence[_Way], weight: Floats
+) -> Proposal | None:
+    """The shortest move along one of some ways that gains about as much as the best, of those that put
+    no part into another one."""
     if not ways:
         return None
     steps = STEP * np.arange(round(MOST_MOVE / STEP) + 1, dtype=np.float64)
-    served = [_served(found, [way], [steps])[1:] for way in ways]
+    served = [_served(found, [way], [steps]) for way in ways]
     shares = np.stack([one @ weight / weight.sum() for one in served], axis=1)
-    m = shortest(shares.max(axis=1), now)
-    if m is None:
-        return None
-    k = int(np.argmax(shares[m]))
-    amount = float(steps[m + 1])
-    r = _most_met(found, [ways[k]], [amount], weight)
-    return _Candidate(ways[k].by(amount), r, float(shares[m, k]), served[k][m])
+    now = float(shares[0, 0])
+    refused: Proposal | None = None
+    while (m := shortest(shares.max(axis=1), now)) is not None:
+        k = int(np.argmax(shares[m]))
+        change = ways[k].by(float(steps[m]))
+        r = _most_met(found, [ways[k]], [float(steps[m])], weight)
+        into = enters(place, change)
+        one = Proposal(change, r, float(shares[m, k]), served[k][m], "")
+        if into is None:
+            return replace(one, limit=refused.limit) if refused else one
+        refused = refused or replace(one, change=None, limit=enters_words(change.words, into))
+        shares[_free(place, ways[k], steps[: m + 1]) :, k] = now
+    return refused
+
+
+def _free(place: Workplace, way: _Way, steps: Floats) -> int:
+    """The first of some rising amounts [m] of a way by which a part is put into another one."""
+    return bisect_left(steps, True, key=lambda amount: enters(place, way.by(amount)) is not None)
 
 
 def _most_met(found: Chunk, ways: Sequence[_Way], amounts: Sequence[float], weight: Floats) -> int:
@@ -421,33 +445,39 @@ def _each_once(ways: Sequence[_Way]) -> list[_Way]:
     return list({way.thing: way for way in reversed(ways)}.values())[::-1]
 
 
-def _pair(found: Chunk, two: Sequence[_Way], weight: Floats) -> _Candidate | None:
-    """The shortest two moves together that gain about as much as the best two; None where few of
-    those who gain need both."""
+def _pair(place: Workplace, found: Chunk, two: Sequence[_Way], weight: Floats) -> Proposal | None:
+    """The shortest two moves together that gain about as much as the best two, of those that put no
+    part into another one; None where few of those who gain need both."""
     steps = PAIR_STEP * np.arange(round(MOST_MOVE / PAIR_STEP) + 1, dtype=np.float64)
     served = _served(found, two, [steps, steps])
     alone = served[:, 0].any(axis=0) | served[0].any(axis=0)
     shares = served @ weight / weight.sum()
     now = float(shares[0, 0])
-    best = float(shares.max())
-    if best <= now + 1e-9:
-        return None
-    enough = shares >= now + ENOUGH * (best - now) - 1e-12
-    length = np.where(enough, steps[:, None] + steps[None, :], np.inf)
-    m, k = (int(at) for at in np.unravel_index(np.argmin(length), length.shape))
-    both = float(weight @ (served[m, k] & ~alone) / weight.sum())
-    if both < NEEDED * (float(shares[m, k]) - now) or both <= 0.0:
-        return None
-    amounts = [float(steps[m]), float(steps[k])]
-    one, other = (way.by(amount) for way, amount in zip(two, amounts, strict=True))
-    together = Change(
-        _together(one.words, other.words),
-        (*one.moves, *other.moves),
-        _sum(one.travel_forward, other.travel_forward),
-        _sum(one.travel_up, other.travel_up),
-    )
-    r = _most_met(found, two, amounts, weight)
-    return _Candidate(together, r, float(shares[m, k]), served[m, k])
+    long = (steps[:, None] + steps[None, :]).ravel()
+    limit = ""
+    order = np.argsort(long, kind="stable")
+    while (first := shortest(shares.ravel()[order], now)) is not None:
+        m, k = (int(at) for at in np.unravel_index(order[first], shares.shape))
+        both = float(weight @ (served[m, k] & ~alone) / weight.sum())
+        if both < NEEDED * (float(shares[m, k]) - now) or both <= 0.0:
+            return None
+        amounts = [float(steps[m]), float(steps[k])]
+        one, other = (way.by(amount) for way, amount in zip(two, amounts, strict=True))
+        together = Change(
+            _together(one.words, other.words),
+            (*one.moves, *other.moves),
+            _sum(one.travel_forward, other.travel_forward),
+            _sum(one.travel_up, other.travel_up),
+        )
+        into = enters(place, together)
+        if into is None:
+            r = _most_met(found, two, amounts, weight)
+            return Proposal(together, r, float(shares[m, k]), served[m, k], limit)
+        limit = limit or enters_words(together.words, into)
+        shares[_free(place, two[0], steps[: m + 1]) :] = now
+        shares[:, _free(place, two[1], steps[: k + 1]) :] = now
+        shares[m:, k:] = now
+    return None
 
 
 def _together(one: str, other: str) -> str:
