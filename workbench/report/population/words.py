@@ -27,6 +27,7 @@ from workbench.model.population import MASS, SEXES
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import PopulationFound
 from workbench.model.units import UNITS, Unit, plain
+from workbench.report.control_region import ONE_PLACE
 from workbench.study.accommodation.grips import grip_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.view import TOO_HIGH, TOO_LOW
@@ -118,7 +119,7 @@ def _share_sentence(result: PopulationFound) -> str:
         who = "Nobody fits"
     stand = result.place.stand
     steps = stand is not None and stand.steps and len(result.requirements) > 1
-    interval += f", {count:,} people" + (", each from one place to stand for everything" * steps)
+    interval += f", {count:,} people" + (f", each from {ONE_PLACE}" * steps)
     fits = f"{who} ({interval}){_worst(result)}."
     if everybody.share <= _ALMOST_NOBODY:
         keeps = [] if first_found(result) else [_keeps_words(result)]
