@@ -119,8 +119,13 @@ class _Sitting:
 
     def rows(self, some: Ints) -> _Sitting:
         """People at indices."""
-        arrays = (one[some] for one in (self.shift, self.stepped, self.there))
-        return _Sitting(self.body[some], self.poses.rows(some), *arrays)
+        return _Sitting(
+            self.body[some],
+            self.poses.rows(some),
+            self.shift[some],
+            self.stepped[some],
+            self.there[some],
+        )
 
 
 @dataclass(frozen=True, eq=False)
