@@ -221,8 +221,8 @@ class Hand:
         """(..., 5, 4, 3) [m] of a right hand; planes: as of `_planes`, where they are known."""
         plane = _planes(angles) if planes is None else planes
         bent = np.cumsum(angles[..., :3], axis=-1)[..., None]
-        along = np.cos(bent) * plane.ahead[..., None, :]
-        links = along + np.sin(bent) * plane.palmward[..., None, :]
+        palmward = np.sin(bent) * plane.palmward[..., None, :]
+        links = np.cos(bent) * plane.ahead[..., None, :] + palmward
         joints = np.empty((*links.shape[:-2], 4, 3))
         joints[..., 0, :] = _rules()["roots"] * self._size
         joints[..., 1:, :] = links * (_rules()["links"] * self.length)[..., None]
@@ -255,12 +255,10 @@ class Hand:
 
 
 class _Planes(NamedTuple):
-    """The planes in which the digits of a right hand bend."""
+    """Unit vectors (..., 5, 3) in which straight digits of a right hand point, and in which they bend."""
 
     ahead: Floats
-    """(..., 5, 3) unit vectors in which straight digits point."""
     palmward: Floats
-    """(..., 5, 3) unit vectors in which digits bend."""
 
 
 def _planes(angles: Floats) -> _Planes:

@@ -207,24 +207,16 @@ def odd_shares(points, directions, faces, shells, part, stack, share):  # type: 
 
 
 @batch_loop
-def crossings_between(start, end, faces, shells, part, stack, count):  # type: ignore[no-untyped-def]
+def crossings_between(start, end, ray, wide, faces, shells, part, stack, count):  # type: ignore[no-untyped-def]
     """Signed crossings (Q,) of a part by the straight lines from points (Q, 3) to others [m].
 
     They are those of a ray from the start less those of the same ray from the end; 0 where any of
-    them is in doubt. stack (64,) is working space; count is filled.
+    them is in doubt. ray (Q, 3): from start to end, no component zero; wide [m]: the rounding of
+    coordinates; stack (64,) is working space; count is filled.
     """
     m = faces.root[part]
-    for q in range(len(start) if m >= 0 else 0):
-        far = 0.0
-        for k in range(3):
-            far = max(far, abs(start[q, k]), abs(end[q, k]))
-            far = max(far, abs(faces.low[m, k]), abs(faces.high[m, k]))
-        dx = end[q, 0] - start[q, 0]
-        dy = end[q, 1] - start[q, 1]
-        dz = end[q, 2] - start[q, 2]
-        lean = 1e-9 * (abs(dx) + abs(dy) + abs(dz)) + 1e-15 * far  # no component is zero
-        ray = dx + 1.37 * lean, dy + 1.21 * lean, dz + 1.29 * lean
-        wide = 4e-12 * far
-        a = _crossings(start[q, 0], start[q, 1], start[q, 2], ray, faces, shells, m, wide, stack)
-        b = _crossings(end[q, 0], end[q, 1], end[q, 2], ray, faces, shells, m, wide, stack)
+    for q in range(len(start)):
+        way = ray[q, 0], ray[q, 1], ray[q, 2]
+        a = _crossings(start[q, 0], start[q, 1], start[q, 2], way, faces, shells, m, wide, stack)
+        b = _crossings(end[q, 0], end[q, 1], end[q, 2], way, faces, shells, m, wide, stack)
         count[q] = 0 if a == DOUBT or b == DOUBT else a - b
