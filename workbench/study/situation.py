@@ -285,7 +285,7 @@ class Situation:
     @cached_property
     def nearest(self) -> Clearance:
         """The nearest pairs of segments and parts, with the own seat in its reference position."""
-        return nearest(self.placed, self.environment)
+        return nearest(self.placed, self.environment, through=True)
 
     @cached_property
     def own(self) -> Clearance:
