@@ -123,7 +123,8 @@ def _travel_off(situation: Situation, seated: Seated) -> Shortfall | None:
     return _shortfall(
         situation,
         "seat",
-        f"{'the feet reach, but ' * reached}the pedals are {_pedals_off(beyond)} for the legs",
+        f"{'the feet reach the pedals, but ' * reached}{'these' if reached else 'the pedals'} are "
+        f"{_pedals_off(beyond)} for legs at ease",
         size=abs(beyond),
         why=f"the seat would have to go {_farther(beyond)} than its travel",
     )
