@@ -629,3 +629,11 @@ def test_less_than_one_unit_to_spare_is_not_nothing():
     share = UNITS["share"]
     assert spare_words(0.002 * share.counts, share) == "0.2 % to spare"
     assert spare_words(0.0, share) == "nothing to spare"
+
+
+@given(st.floats(0.0, 0.99))
+def test_figures_on_the_axis_of_shares_stand_apart(least):
+    # in print the column is 40 mm wide and "100 %" takes a quarter of that
+    places = [float(x) for x in re.findall(r'<text x="([\d.]+)%"', share_axis(least))]
+    assert 1 <= len(places) <= 4 and places[-1] == pytest.approx(96.0)
+    assert all(b - a > 25 for a, b in zip(places[:-1], places[1:], strict=True))

@@ -123,7 +123,9 @@ def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Pred
     if len(predictions) > 1:
         words = [f"{person}: the posture of {len(predictions)} cases is predicted"]
     if idle := [limb for limb in HANDS if limb not in dict(wanted.controls)]:
-        words.append(f"the {' and the '.join(idle)} hold no control and stay as in posture {plain(wanted.like)}")
+        words.append(
+            f"the {' and the '.join(idle)} hold no control and stay as in posture {plain(wanted.like)}"
+        )
     if turned := [case for case in predictions if _turned(state.actions[case], role)]:
         named = ", ".join(opened.cases[case] for case in turned)
         words.append(f"joints that were turned beside the posture's own are given up in {named}")
