@@ -3,6 +3,7 @@ it."""
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -636,4 +637,4 @@ def test_figures_on_the_axis_of_shares_stand_apart(least):
     # in print the column is 40 mm wide and "100 %" takes a quarter of that
     places = [float(x) for x in re.findall(r'<text x="([\d.]+)%"', share_axis(least))]
     assert 1 <= len(places) <= 4 and places[-1] == pytest.approx(96.0)
-    assert all(b - a > 25 for a, b in zip(places[:-1], places[1:], strict=True))
+    assert all(b - a > 25 for a, b in itertools.pairwise(places))
