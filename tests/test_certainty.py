@@ -345,6 +345,8 @@ def test_the_page_says_who_is_undecided_and_by_how_much_surfaces_are_known(writt
         "undecided."
     )
     assert undecided in result["headline"]
+    (asked,) = result["verdicts"]
+    assert asked["sentence"].removesuffix(".") in result["headline"]  # with its doubt
     everybody = result["population"]["shares"][0]
     assert (everybody["certain"], everybody["possible"]) == (0.75, 0.9375)
     assert "3 people (19" in page and "1 of them counts as fitting here" in page

@@ -20,7 +20,7 @@ from workbench.report.words import (
     in_words,
     millimetres,
     milliseconds,
-    share_words,
+    share_sentence,
     surface_words,
 )
 from workbench.study.kept_reaches import kept_of_people, kept_words
@@ -188,7 +188,7 @@ def _verdict_words(verdict: Verdict) -> str:
     """What decides a verdict, and where: "head (top) is 56.1 mm from canopy, 6.1 mm more than the
     50.0 mm asked for (looking left, pilot)"."""
     if verdict.share is not None:
-        return share_words(verdict.criterion, verdict.share)
+        return share_sentence(verdict.criterion, verdict.share).removesuffix(".")
     worst = verdict.worst
     assert worst is not None
     figure = verdict.criterion.check == "injury"  # its window says when

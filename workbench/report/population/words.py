@@ -162,14 +162,14 @@ def _mends_words(result: PopulationFound) -> list[str]:
         share = percent(float(shares[best]), len(missed))
         said = f"Without “{plain(names[best])}” {share} would fit"
         if len(mine) > 1:
-            said += f": of its {len(mine)} requirements people miss {_listed(result, lacks)}"
+            said += f": of its {len(mine)} requirements those missed are {_listed(result, lacks)}"
     else:
         fewest = int(missed.sum(axis=1).min())
         found = Counter(
             tuple(np.flatnonzero(row).tolist()) for row in missed if row.sum() == fewest
         )
         ((few, _),) = found.most_common(1)
-        left = _listed(result, few)
+        left = _listed(result, few, shares=False)
         said = f"Dropping one criterion is not enough: who comes nearest to fitting misses {left}"
     gains = sorted(result.gains, key=lambda one: (one.joint_after, one.after - one.before))
     helps = [one for one in gains if one.after > one.before]
@@ -178,12 +178,12 @@ def _mends_words(result: PopulationFound) -> list[str]:
 
 
 def _listed(result: PopulationFound, rows: Sequence[int], *, shares: bool = True) -> str:
-    """Requirements by their names, "“reach flaps” (94 %)", with the share that misses each where that
+    """Requirements by their names, "“reach flaps” (94 % of the people)", with the share that misses each where that
     is wanted; of many the first few."""
     count = len(result.served)
     names = [
         f"“{plain(result.requirements[r].name)}”"
-        + f" ({percent(float(1 - result.single[r]), count)})" * shares
+        + f" ({percent(float(1 - result.single[r]), count)} of the people)" * shares
         for r in rows[:_MOST_KEPT]
     ]
     more = len(rows) - len(names)
