@@ -321,7 +321,9 @@ def _view(sitter: Sitter, about: Around) -> Iterator[_Row]:
         return
     heights = {"below": EYES_BELOW, "above": EYES_ABOVE}
     note = "assumed: the eyes come so near to the height of the design eye"
-    yield _Row({"name": "eyes at the design eye", "check": "eye_height", **heights}, note)
+    yield _Row(
+        {"name": "eyes at the height of the design eye", "check": "eye_height", **heights}, note
+    )
     if about.over:
         over = {"name": "view ahead", "check": "view_over", "parts": list(about.over)}
         note = f"assumed: {DOWN} degrees down over what lies before the eyes, parts by their names"
