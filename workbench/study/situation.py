@@ -671,34 +671,7 @@ def _with_parted_knees(situation: Situation) -> Situation:
     less = np.less(*deep)
     rotations = situation.poses.rotations.copy()
     rotations[rows[less]] = parted.poses.rotations[less]
-    found = _turned_as(situation, turned, rotations)
-    found.__dict__["held"] = _held_in_rows(found, situation.held, rows[less], parted.held, less)
-    return found
-
-
-def _held_in_rows(
-    situation: Situation, held: Situation, rows: Ints, other: Situation, less: Bools
-) -> Situation:
-    """A situation with the hands on the controls as `held` has them, in some rows as those of another."""
-
-    def put(values: Floats, others: Floats) -> Floats:
-        values = values.copy()
-        values[rows] = others[less]
-        return values
-
-    limit = {hand: np.array(limits, dtype=object) for hand, limits in held.hand_limit.items()}
-    for hand, limits in limit.items():
-        limits[rows] = np.array(other.hand_limit[hand], dtype=object)[less]
-    rotations = put(held.poses.rotations, other.poses.rotations)
-    return replace(
-        situation,
-        poses=replace(held.poses, rotations=rotations),
-        hand_miss={hand: put(miss, other.hand_miss[hand]) for hand, miss in held.hand_miss.items()},
-        hand_overlap={
-            hand: put(deep, other.hand_overlap[hand]) for hand, deep in held.hand_overlap.items()
-        },
-        hand_limit={hand: tuple(limits.tolist()) for hand, limits in limit.items()},
-    )
+    return _turned_as(situation, turned, rotations) if less.any() else situation
 
 
 def _turned_as(situation: Situation, joints: Sequence[int], rotations: Floats) -> Situation:
