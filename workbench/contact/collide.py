@@ -462,11 +462,11 @@ def _depth(segments: tuple[str, ...], environment: Environment) -> Floats:
     return depth
 
 
-def allowed_in_oneself(body: Body) -> Floats:
+def allowed_in_oneself(body: Body, *, flesh_alone: bool = False) -> Floats:
     """(B, N, N) [m] how deep segments of the same body may be in one another: by the allowance for
-    soft flesh, and as far as the true surfaces of both may be inside the spheres. Infinite of segments
-    with a common joint."""
-    error = np.nan_to_num(body.fit_error[..., 1])
+    soft flesh, and, unless that counts alone, as far as the true surfaces of both may be inside the
+    spheres. Infinite of segments with a common joint."""
+    error = np.nan_to_num(body.fit_error[..., 1]) * (not flesh_alone)
     depth: Floats = body.allowance + error[:, :, None] + error[:, None]
     depth[:, body.adjacent] = np.inf
     return depth
