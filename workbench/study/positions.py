@@ -389,6 +389,21 @@ class _Search:
         return np.zeros(len(self.who), dtype=np.bool_)
 
     @cached_property
+    def held(self) -> Bools:
+        """(R,) which requirements of the posture depend on where hands are."""
+        return np.array([needs_hands(self.wanted[one.case], one) for one in self.asked])
+
+    @cached_property
+    def legs(self) -> Bools:
+        """(R,) which requirements of the posture depend on where the legs are."""
+        return np.array([needs_legs(self.wanted[one.case], one) for one in self.asked])
+
+    @cached_property
+    def movable(self) -> Bools:
+        """(R,) as of `_movable`."""
+        return _movable(self.place, self.asked)
+
+    @cached_property
     def comfortable(self) -> Floats:
         """(B, 2) [m] the comfortable position in the setting, forward and up."""
         return position_of(self.wanted[0])
@@ -653,7 +668,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     """
     search.proceed()
     found = no_margins(len(people), search.asked)
-    same = ~_movable(search.place, search.asked)
+    same = ~search.movable
     found.put(np.arange(len(people)), np.flatnonzero(same), _of(search.fixed, people, same))
     wanted = [situation.rows(people) for situation in search.wanted]
     who = search.who.rows(people)
@@ -789,15 +804,15 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     these. The order does not depend on who else is asked.
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
-    held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
+    held = search.held
     looks = np.array([takes_looks(search.place, one) for one in search.asked])
     seen = np.array([one.requirement.of_sight for one in search.asked])
     missed = search.best.tried.margin[people] < -MET
-    legs = np.array([needs_legs(search.wanted[one.case], one) for one in search.asked])
+    legs = search.legs
     dear = (held | (cost == REACHING)) & ~looks
     cheap = (cost == IN_POSTURE) & ~dear & ~looks
     pedals = np.array([one.requirement.check == "pedals" for one in search.asked])
-    movable = _movable(search.place, search.asked)
+    movable = search.movable
 
     def stage(columns: Bools, *, at_most: bool = False, legs: bool = True) -> _Stage:
         return _Stage(np.broadcast_to(columns & movable, missed.shape), at_most, legs)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -481,15 +481,37 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
             return _bent(seating, seating.stand, body, poses, positions)
         stepped = stepped if positions is None else positions
         return Taken(_standing(body, poses, seating.stand.floor(stepped)), None, stepped)
+    found = _remembered(seating, who, poses, positions)
+    return Taken(found.poses, found, stepped)
+
+
+def _remembered(seating: Seating, who: Occupants, poses: Poses, positions: Floats | None) -> Seated:
+    """Seat people; who was seated in a position before is remembered, whatever the travel was."""
+    assert seating.seat is not None
+    if positions is None or who.seats is None:
+        return _seated(seating, who, poses, positions)
+    anywhere = replace(seating.seat, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
+    held = replace(seating, seat=anywhere)
+
+    def some(rows: Ints) -> Seated:
+        return _seated(held, who.rows(rows), poses.rows(rows), positions[rows])
+
+    return who.seats.seated(content_key("seats", held), who.numbers, positions, some)
+
+
+def _seated(seating: Seating, who: Occupants, poses: Poses, positions: Floats | None) -> Seated:
+    """Seat people, of whom drivers come to the wheel."""
+    assert seating.seat is not None
     if seating.driving is None:
-        found = _seated(seating, who, poses, positions)
-        return Taken(found.poses, found, stepped)
+        return seat(
+            who.body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals, held=positions
+        )
     assert seating.package is not None and seating.pedals is not None
-    driven = driving_posture(
-        body,
+    return driving_posture(
+        who.body,
         poses,
         seating.seat,
-        drivers=drivers_among(who.people, who.numbers.tolist(), body, seating.driving),
+        drivers=drivers_among(who.people, who.numbers.tolist(), who.body, seating.driving),
         seed=seating.driving.seed,
         package=seating.package,
         feet=seating.pedals.at,
@@ -497,23 +519,6 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         numbers=(who.first + who.numbers).tolist(),
         positions=positions,
     )
-    return Taken(driven.poses, driven, stepped)
-
-
-def _seated(seating: Seating, who: Occupants, poses: Poses, positions: Floats | None) -> Seated:
-    """Seat people who do not drive; who was seated in a position before is remembered, whatever the
-    travel was."""
-    assert seating.seat is not None
-    ask = partial(seat, eye=seating.eye, pedals=seating.pedals)
-    if positions is None or who.seats is None:
-        return ask(who.body, poses, seating.seat, held=positions)
-    held = replace(seating.seat, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
-
-    def some(rows: Ints) -> Seated:
-        return ask(who.body[rows], poses.rows(rows), held, held=positions[rows])
-
-    key = content_key("seats", replace(seating, seat=held))
-    return who.seats.seated(key, who.numbers, positions, some)
 
 
 def on_fixed_pedals(situation: Situation) -> bool:

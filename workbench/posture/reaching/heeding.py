@@ -89,6 +89,8 @@ def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = Fal
     not: in that of the room if there is one, else as it has come to lie, the own shoulder included.
     other_arm: as of `own_body`.
     """
+    if not len(task):
+        return np.zeros(0)
     room = replace(room, people=(), bodies_only=True)
     if room.own is None:
         body = task.body

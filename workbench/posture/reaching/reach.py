@@ -390,18 +390,19 @@ def _among_obstacles(
     room = _room(crowd, ask)
     effort = BRIEF if ask.brief else WHOLE
     found, doubt = cleared(task, free, room, effort=effort, recall=ask.recall)
-    if moves_arm_alone(task.limb):
+    rows = np.flatnonzero(reaches(found))
+    again = ask.thorough or ask.initial is not None
+    if moves_arm_alone(task.limb) and (len(rows) or again):
         own = own_body(task.body, crowd.held, task.limb, other_arm=ask.other_arm)
         room = replace(room, own=own)
-        rows = np.flatnonzero(reaches(found))
         rows = rows[in_own_body(rows_of(task, rows), found.angles[rows], room) > 0]
         if len(rows):
             recall = ask.recall.each().rows(rows) if ask.recall is not None else None
-            again = cleared(
+            clear = cleared(
                 rows_of(task, rows), found.rows(rows), room, effort=effort, recall=recall
             )
-            found.put(rows, again[0])
-            doubt[rows] = again[1]
+            found.put(rows, clear[0])
+            doubt[rows] = clear[1]
         if ask.thorough:  # of what is missed, too, no posture is told that enters the own body
             rows = missed_by_obstacles(found, doubt)
             deep = in_own_body(rows_of(task, rows), found.angles[rows], room)
