@@ -325,10 +325,12 @@ def _seat_way(place: Workplace, travel: str, outward: int, words: str, slope: Fl
 
 
 def _at_end(place: Workplace, positions: Floats, travel: str, outward: int) -> Bools:
-    """(P,) who is at an end of the travel of a seat or an area, by positions (P, 2) [m]."""
+    """(P,) who is at an end of the travel of a seat or an area, by positions (P, 2) [m]. Where an area
+    does not go at all it has no end."""
     axis = int(travel != "travel_forward")
-    end = place.travel[axis][int(outward > 0)]
-    return np.asarray(np.abs(positions[:, axis] - end) < STEP)
+    ends = place.travel[axis]
+    there = place.own_seat is not None or ends[0] < ends[1]
+    return np.asarray(there & (np.abs(positions[:, axis] - ends[int(outward > 0)]) < STEP))
 
 
 def kept_by_ends(question: Question, found: Chunk) -> dict[str, Bools]:
