@@ -134,7 +134,8 @@ class MapTask:
 @dataclass(frozen=True)
 class Change:
     """A change of the design: controls and parts moved, and the ends of the seat's travel moved:
-    lower and upper end of it, forward and up [m]."""
+    lower and upper end of it, forward and up [m]; of the area in which people step, forward and, as
+    `travel_up`, to the left."""
 
     words: str
     moves: tuple[Move, ...] = ()
@@ -143,7 +144,7 @@ class Change:
 
     @property
     def of_travel(self) -> bool:
-        """Whether an end of the seat's travel is moved."""
+        """Whether an end of the seat's travel, or of the area to step in, is moved."""
         return any((*self.travel_forward, *self.travel_up))
 
     @property

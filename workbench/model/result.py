@@ -234,6 +234,9 @@ class PopulationFound:
     refused
         In words the changes that would gain and are not proposed, since they put a part into another
         one.
+    ends
+        Of the area to step in, by what an end is called: (P,) who is left out, stands at it and would
+        miss less beyond it.
     grips
         Controls that nobody uses with the grip that is asked for, since they are flat.
     hardest, shown
@@ -280,6 +283,7 @@ class PopulationFound:
     overlaps: tuple[PeopleOverlap, ...] = ()
     grips: tuple[GripFinding, ...] = ()
     refused: tuple[str, ...] = ()
+    ends: Mapping[str, Bools] = field(default_factory=dict)
     overlapping: Bools = field(kw_only=True)
     elsewhere: Bools = field(kw_only=True)
 

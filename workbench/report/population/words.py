@@ -21,7 +21,7 @@ from workbench.model.accommodation import (
     met_of,
     most_missed,
 )
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.criterion import NO_REASON, Reason
 from workbench.model.population import MASS, SEXES
 from workbench.model.reach import MOST_SPARE
@@ -140,12 +140,27 @@ def _keeps_words(result: PopulationFound) -> str:
     alone = f"{percent(float(1 - result.single[chief]), len(met))} of the people do not meet"
     who = alone if met[:, chief].any() else "Nobody meets"
     reason = chief_reason(result, chief)
-    limited = f", limited most often by {reason}" if reason else ""
+    limited = ends_words(result, rows)
+    if not limited and reason:
+        limited = f", limited most often by {reason}"
     others = [r for r in np.flatnonzero(~met.any(axis=0)).tolist() if r != chief]
     nor = f" Nor does anybody meet {_listed(result, others, shares=False)}." if others else ""
     return (
         f"{who} “{plain(result.requirements[chief].name)}”: it is missed by {size}{limited}.{nor}"
     )
+
+
+def ends_words(result: PopulationFound, rows: Ints) -> str:
+    """ "; all 80 of them stand at the front end of the area in which they may step" of some people, "" where
+    less than half stand at an end beyond which they would miss less."""
+    count = {end: int(who[rows].sum()) for end, who in result.ends.items()}
+    end = max(count, key=lambda name: count[name], default="")
+    if not end or 2 * count[end] < len(rows):
+        return ""
+    who = f"{count[end]} of these {len(rows)} people stand"
+    if count[end] == len(rows):
+        who = f"all {count[end]} of them stand" if count[end] > 1 else "who misses it stands"
+    return f"; {who} at the {end} end of the area in which they may step, and would miss less beyond it"
 
 
 def _mends_words(result: PopulationFound) -> list[str]:
@@ -333,7 +348,8 @@ def _worst(result: PopulationFound) -> str:
         would = percent(float(result.without[worst]), count)
         only = f"{only}, but without it {would} would fit in some other {_position_words(result)}"
     share = percent(float(out[worst]), count)
-    return f"; missed most often is {name}, by {share} of the people ({only})"
+    ends = ends_words(result, np.flatnonzero(~met_of(result.margin[:, worst])))
+    return f"; missed most often is {name}, by {share} of the people ({only}){ends}"
 
 
 def elsewhere_words(result: PopulationFound) -> str:
@@ -455,7 +471,8 @@ def gain_sentence(gain: Gain, count: int) -> str:
 
 def no_gain_words(result: PopulationFound) -> list[str]:
     """What would gain and is not proposed; that no proposal gains anything, where people are left out
-    and no changes were asked for; what was not looked at where a seat goes beyond its travel."""
+    and no changes were asked for; what was not looked at where a seat goes beyond its travel, or who
+    steps beyond the area."""
     words = [f"Not proposed: {one}." for one in result.refused]
     seat = result.place.own_seat
     if any("letting the seat go" in one.words for one in result.gains) and not (
@@ -465,10 +482,18 @@ def no_gain_words(result: PopulationFound) -> list[str]:
             "No part goes along with the seat (moves), so whether a seat beyond its travel meets the "
             "floor or other parts was not looked at."
         )
+    touches = any(one.check == "contact" for one in result.requirements)
+    if any("letting people step" in one.words for one in result.gains) and not touches:
+        words.append(
+            "No criterion asks for contact, so whether somebody beyond the area touches anything was "
+            "not looked at."
+        )
     if result.gains or result.served.all() or result.study.changes:
         return words
-    sits = result.place.seat is not None
-    what = "a control, a part or an end of the seat's travel" if sits else "a control or a part"
+    what = "a control or a part"
+    if result.place.goes:
+        end = "the area to step in" if result.place.seat is None else "the seat's travel"
+        what = f"a control, a part or an end of {end}"
     return [
         *words,
         f"No {'other ' if words else ''}straight move of {what}, up to 100 mm, nor two of them together, was found that lets "

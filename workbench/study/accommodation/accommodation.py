@@ -38,6 +38,7 @@ from workbench.study.accommodation.population_bodies import (
     PopulationBodies,
     fit_population,
 )
+from workbench.study.accommodation.proposals import kept_by_ends
 from workbench.study.accommodation.shares import (
     group_shares,
     missed_only,
@@ -150,6 +151,7 @@ def accommodation(
         hardest=tuple(hardest),
         tried=gains.tried,
         refused=gains.refused,
+        ends=kept_by_ends(question, found),
         maps=maps,
         grips=grips,
         warnings=(

@@ -32,23 +32,22 @@ class _Mover:
 
 def changed(place: Workplace, change: Change) -> Workplace:
     """The workplace with a change made: what is moved as a study's own moves are, and the ends of the
-    own seat's travel."""
+    own seat's travel, or of the area to step in."""
     environment = displaced(place.environment, change.moves)
     if not change.of_travel:
         return replace(place, environment=environment)
-    seats = []
-    for seat in environment.seats:
-        if seat.name == place.seat:
-            forward, up = (
-                (ends[0] + by[0], ends[1] + by[1])
-                for ends, by in (
-                    (seat.travel_forward, change.travel_forward),
-                    (seat.travel_up, change.travel_up),
-                )
-            )
-            seat = replace(seat, travel_forward=forward, travel_up=up)
-        seats.append(seat)
-    return replace(place, environment=replace(environment, seats=tuple(seats)))
+    forward, second = (
+        (ends[0] + by[0], ends[1] + by[1])
+        for ends, by in zip(place.travel, (change.travel_forward, change.travel_up), strict=True)
+    )
+    seats = tuple(
+        replace(seat, travel_forward=forward, travel_up=second) if seat.name == place.seat else seat
+        for seat in environment.seats
+    )
+    stand = place.stand
+    if stand is not None:
+        stand = replace(stand, forward=forward, left=second)
+    return replace(place, environment=replace(environment, seats=seats), stand=stand)
 
 
 def enters(place: Workplace, change: Change) -> Entered | None:
