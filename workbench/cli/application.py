@@ -208,6 +208,7 @@ def check(*files: Path) -> int:
         the files to check
     """
     from workbench.files.kinds import check_file
+    from workbench.study.accommodation.limiting import doubted_people
 
     if not files:
         raise UsageError("workbench check: name one file or more")
@@ -215,14 +216,16 @@ def check(*files: Path) -> int:
     for path in files:
         try:
             found = check_file(path)
-            for warning in found.warnings:
+            who = () if found.study is None else doubted_people(found.study)
+            warnings = (*found.warnings, *who)
+            for warning in warnings:
                 tell(f"{path}: warning: {warning}")
             for words in found.assumed:
                 tell(f"{path}: assumed: {words}")
         except InputError as error:
             faults += error.problems
         else:
-            count = len(found.warnings)
+            count = len(warnings)
             emit(f"{path}: ok" + (f", {count} warning{'s' * (count > 1)}" if count else ""))
     if faults:
         raise InputError(faults)

@@ -31,6 +31,7 @@ from workbench.posture.reaching.chains import (
     discomfort_of,
     goals_of,
     limb_task,
+    nearest,
     posed,
     reaches,
     root_joint,
@@ -164,8 +165,8 @@ def reach(
         What is known of the same people and targets from elsewhere; it is made to hold what becomes
         of them here.
     thorough
-        Whether what is missed by obstacles is asked again, from many starts and at targets near
-        by, so that no miss exceeds that of a target near by by more than their distance. A caller
+        Whether what is missed is asked again from many starts, and by obstacles at targets near by
+        too, so that no miss exceeds that of a target near by by more than their distance. A caller
         who only compares many places spares the time.
     other_arm
         Whether the other arm is an obstacle too, where the poses have it; else it gives way.
@@ -221,7 +222,7 @@ def reach(
         some = slice(first, first + PEOPLE_PER_REACH_BATCH)
         crowd = _crowd(body, limb, held.rows(some), goals[some], ways[some], displaced[some])
         own = ask.rows(some, count)
-        parts.append(_answer(crowd, own, _solved_crowd(crowd, own)))
+        parts.append(_answer(crowd, own, _solved_crowd(crowd, own, outermost=True)))
     return join_reaches(parts, body, held)
 
 
@@ -339,8 +340,9 @@ class _Solved:
         )
 
 
-def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
-    """What the reaches of a crowd come to, in tighter zones where the limb misses in its own."""
+def _solved_crowd(crowd: _Crowd, ask: _Ask, *, outermost: bool = False) -> _Solved:
+    """What the reaches of a crowd come to, in tighter zones where the limb misses in its own;
+    outermost: in the zone that was asked for, in which what is missed is missed by least."""
     task = _task(crowd, ask)
     start = _start(task, crowd, ask)
     guided = _guided(task, crowd, ask)
@@ -348,6 +350,8 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     found = solved(
         task, start, AGAIN if ask.restarts is None else ask.restarts, near=near, threads=ask.threads
     )
+    if ask.thorough and outermost:
+        found = nearest(task, found, threads=ask.threads)
     doubt = np.zeros(len(task), np.int64)
     if ask.environment is not None:
         found, doubt = _among_obstacles(task, found, start, crowd, ask)

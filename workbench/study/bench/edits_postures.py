@@ -10,6 +10,7 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.study import Action, GivenPosture, PredictedPosture, Role
+from workbench.model.units import plain
 from workbench.model.workplace import Aims
 from workbench.posture.reaching.limbs import FEET, HANDS
 from workbench.study.bench.edits import Edit, held_seat
@@ -122,6 +123,10 @@ def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Pred
     words = [f"{person}: the posture is predicted"]
     if len(predictions) > 1:
         words = [f"{person}: the posture of {len(predictions)} cases is predicted"]
+    if idle := [limb for limb in HANDS if limb not in dict(wanted.controls)]:
+        words.append(
+            f"the {' and the '.join(idle)} hold no control and stay as in posture {plain(wanted.like)}"
+        )
     if turned := [case for case in predictions if _turned(state.actions[case], role)]:
         named = ", ".join(opened.cases[case] for case in turned)
         words.append(f"joints that were turned beside the posture's own are given up in {named}")
