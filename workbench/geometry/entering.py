@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike
 from workbench.geometry.box_pairs import box_pairs
 from workbench.geometry.nearest import build_solid, mesh_distance
 from workbench.geometry.polygon import point_winding
+from workbench.geometry.surfaces import come_near
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.environment import Environment, Seat
 from workbench.model.posing import attitude_matrix
@@ -86,6 +87,7 @@ def entered(
     *,
     start: ArrayLike = (0.0, 0.0, 0.0),
     others: Sequence[str] | None = None,
+    way_counts: bool = True,
 ) -> Entered | None:
     """Find which of some parts enters another one deepest, by more than it does before.
 
@@ -101,6 +103,8 @@ def entered(
         (3,) [m] how far from rest they are before.
     others
         What they may enter, which stands still: all other parts if None.
+    way_counts
+        Whether what is gone all through counts: to a seat on its way, not to what is fixed elsewhere.
 
     Returns
     -------
@@ -119,7 +123,8 @@ def entered(
         ways = _ways_of(environment, part, among, (xyz(np.array(start)), unit), most)
         for other, way in ways:
             depth, touched = way.deepest(length)
-            if depth > (best.depth if best else 0.0):
+            deeper = depth > (best.depth if best else 0.0)
+            if deeper and (way_counts or _stays_in(environment, (part, other), start, by)):
                 best = Entered(part, other, depth, touched)
     return best
 
@@ -229,6 +234,19 @@ def _followed(
     if new.any():
         slope = np.abs(_normals(mesh[met[ahead][enters][new]]) @ along)
         yield _Way(height[new], slope, known[new])
+
+
+def _stays_in(
+    environment: Environment, parts: tuple[str, str], start: ArrayLike, by: ArrayLike
+) -> bool:
+    """Whether a part crosses the surface of another one at the end of a way, or its middle is on another
+    side of it than before, and no farther out."""
+    own, other = (environment.triangle_corners(environment.part_index(name)) for name in parts)
+    own = own + np.asarray(start)
+    middle = own.mean(axis=(0, 1))
+    before, after = _windings(np.array([middle, middle + np.asarray(by)]), other)
+    crossed = abs(after - before) >= 0.5 and abs(after) > abs(before) - 0.25
+    return bool(crossed) or come_near(own + np.asarray(by), other, 0.0)
 
 
 def _met_aside(points: Floats, line: tuple[Floats, Floats], by: Floats, height: Floats) -> Floats:
