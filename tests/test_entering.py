@@ -75,3 +75,20 @@ def test_what_stands_elsewhere_before_is_followed_from_there():
     found = entered(made, ["seat"], (0, 0, -0.08), start=(0.4, 0, 0))
     assert found.depth == pytest.approx(0.03) and not found.touched
     assert entered(made, ["seat"], (0, 0, -0.08), start=(0.4, 0, 0), others=[]) is None
+
+
+def test_what_is_fixed_elsewhere_may_have_gone_through_a_plate_but_not_stay_in_it():
+    """A knob of 30 mm, 10 mm under a plate that is 3 mm thick."""
+    made = room(seat=([0, 0, -0.043], [0.03, 0.03, -0.013]), floor=([-1, -1, -0.003], [1, 1, 0]))
+    for way, deep in ((0.03, 0.02), (0.06, None)):
+        found = entered(made, ["seat"], (0, 0, way), way_counts=False)
+        assert found is None if deep is None else found.depth == pytest.approx(deep)
+        assert entered(made, ["seat"], (0, 0, way)) is not None
+
+
+@pytest.mark.parametrize("sheet", [False, True])
+def test_what_is_fixed_behind_a_surface_is_in_it(sheet):
+    seat = ([0, 0, 0.01], [0.03, 0.03, 0.04])
+    made = room(seat=seat, floor=([-1, -1, -0.3], [1, 1, 0]), sheet=sheet)
+    found = entered(made, ["seat"], (0, 0, -0.09), way_counts=False)
+    assert found.depth == pytest.approx(0.08)

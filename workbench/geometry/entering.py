@@ -22,6 +22,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,10 +30,12 @@ from numpy.typing import ArrayLike
 from workbench.geometry.box_pairs import box_pairs
 from workbench.geometry.nearest import build_solid, mesh_distance
 from workbench.geometry.polygon import point_winding
+from workbench.geometry.surfaces import come_near
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.environment import Environment, Seat
 from workbench.model.posing import attitude_matrix
 
+T = TypeVar("T", Floats, Ints)
 __all__ = ["TOLERANCE", "Entered", "entered", "travel_ways"]
 
 TOLERANCE = 5e-3
@@ -40,15 +43,14 @@ TOLERANCE = 5e-3
 _FOLLOWED = 0.15
 """[m] Ways are followed by multiples of this, so that one is followed once for all lengths."""
 _SPACING = 0.01
-"""[m] between the points along edges."""
-_MOST = 20_000
-"""Points of a mesh that are followed at most: of more every so manieth."""
-_TELLING = 200
-"""Points that tell on which side of the other mesh a mesh is, and how deep in it."""
 _BESIDE = 0.1
-"""[m] What is nearer to where parts overlap already is beside that place."""
 _TOUCHES = 1e-3
-"""[m] Surfaces that are nearer touch."""
+"""[m] How far points are apart along edges; what is beside a place; what touches."""
+_MOST = 20_000
+_TELLING = 200
+_WORK = 20_000_000
+"""Points of a mesh that are followed at most, of more every so manieth; that tell on which side of the
+other mesh it is, and how deep in that; and of these times the triangles that they are held against."""
 
 
 @dataclass(frozen=True)
@@ -63,20 +65,13 @@ class Entered:
 
 @dataclass(frozen=True, eq=False)
 class _Way:
-    """N points that go through triangles of a mesh, after `height` (N,) [m], with `slope` (N,) =
-    |n . d|, and beside which both overlap by `known` (N,) [m] before."""
+    """N points that enter `other`, each after `height` (N,) [m] through a triangle with `slope` (N,) =
+    |n . d|, where both overlap by `known` (N,) [m] before."""
 
+    other: str
     height: Floats
     slope: Floats
     known: Floats
-
-    def deepest(self, length: float) -> tuple[float, bool]:
-        """How deep [m] a point enters after a way [m], 0 where none does, and whether the meshes touch
-        there before."""
-        depth = (length - self.height) * self.slope
-        depth[depth <= self.known + TOLERANCE] = 0.0
-        at = int(np.argmax(depth))
-        return float(depth[at]), bool(self.height[at] < _TOUCHES)
 
 
 def entered(
@@ -86,6 +81,7 @@ def entered(
     *,
     start: ArrayLike = (0.0, 0.0, 0.0),
     others: Sequence[str] | None = None,
+    way_counts: bool = True,
 ) -> Entered | None:
     """Find which of some parts enters another one deepest, by more than it does before.
 
@@ -101,6 +97,8 @@ def entered(
         (3,) [m] how far from rest they are before.
     others
         What they may enter, which stands still: all other parts if None.
+    way_counts
+        Whether what is gone all through counts: to a seat on its way, not to what is fixed elsewhere.
 
     Returns
     -------
@@ -116,19 +114,22 @@ def entered(
     among = tuple(name for name in among if name not in parts)
     best: Entered | None = None
     for part in parts:
-        ways = _ways_of(environment, part, among, (xyz(np.array(start)), unit), most)
-        for other, way in ways:
-            depth, touched = way.deepest(length)
-            if depth > (best.depth if best else 0.0):
-                best = Entered(part, other, depth, touched)
+        for way in _ways_of(environment, part, among, (xyz(np.array(start)), unit), most):
+            depth = (length - way.height) * way.slope
+            depth[depth <= way.known + TOLERANCE] = 0.0
+            at = int(np.argmax(depth))
+            deeper = depth[at] > (best.depth if best else 0.0)
+            if deeper and (way_counts or _stays_in(environment, (part, way.other), start, by)):
+                best = Entered(part, way.other, float(depth[at]), bool(way.height[at] < _TOUCHES))
     return best
 
 
-Range = tuple[float, float]
-
-
 def travel_ways(
-    seat: Seat, known: Sequence[Range], travel: Sequence[Range], *, middles: bool = False
+    seat: Seat,
+    known: Sequence[tuple[float, float]],
+    travel: Sequence[tuple[float, float]],
+    *,
+    middles: bool = False,
 ) -> Iterator[tuple[Floats, Floats]]:
     """Return the straight ways of a seat out of one range of places to the corners of another one: up
     or down first, then forward or back.
@@ -151,14 +152,11 @@ def travel_ways(
     stops = [
         {low, high} | ({min(max(0.0, low), high)} if middles else set()) for low, high in travel
     ]
-    told: set[tuple[float, ...]] = set()
     for place in product(*map(sorted, stops)):
         start = np.clip(place, *np.transpose(known))
         corner = np.array([start[0], place[1]])
         for begin, end in ((start, corner), (corner, np.array(place))):
-            way = (*begin, *end)
-            if (begin != end).any() and way not in told:
-                told.add(way)
+            if (begin != end).any():
                 yield begin @ axes, (end - begin) @ axes
 
 
@@ -169,80 +167,87 @@ def _ways_of(
     among: tuple[str, ...],
     line: tuple[tuple[float, float, float], tuple[float, float, float]],
     most: float,
-) -> list[tuple[str, _Way]]:
-    """By the name of each part that may be entered the points that are followed, from where a part is
-    displaced to along a unit vector, up to a way [m]."""
+) -> list[_Way]:
+    """What enters which parts, from where a part is displaced to along a unit vector, up to a way [m]."""
     row = environment.part_index(part)
-    start, direction = (np.array(vector) for vector in line)
-    moved = environment.triangle_corners(row) + start
-    ends = np.concatenate([moved.reshape(-1, 3), moved.reshape(-1, 3) + most * direction])
-    low, high = ends.min(axis=0), ends.max(axis=0)
-    found = []
+    direction = np.array(line[1])
+    moved = environment.triangle_corners(row) + np.array(line[0])
+    ends = np.concatenate([moved, moved + most * direction])
     lows, highs = _part_boxes(environment)
-    meets = (lows <= high).all(axis=1) & (highs >= low).all(axis=1)
+    meets = (lows <= ends.max(axis=(0, 1))) & (highs >= ends.min(axis=(0, 1)))
+    shown = meets.all(axis=1) & ~environment.hidden & (not environment.hidden[row])
+    found: list[_Way] = []
     for other in among:
-        k = environment.part_index(other)
-        if environment.hidden[k] or environment.hidden[row] or not meets[k]:
-            continue
-        still = environment.triangle_corners(k)
-        near = still[((still.max(axis=1) >= low) & (still.min(axis=1) <= high)).all(axis=1)]
-        if len(near):
-            found += [(other, way) for way in _followed(moved, near, direction, (still, most))]
-            found += [(other, way) for way in _followed(near, moved, -direction, (moved, most))]
+        if shown[environment.part_index(other)]:
+            still = environment.triangle_corners(environment.part_index(other))
+            found += _followed(other, (moved, still), direction, most)
+            found += _followed(other, (still, moved), -direction, most)
     return found
 
 
 @lru_cache(maxsize=4)
-def _part_boxes(environment: Environment) -> tuple[Floats, Floats]:
-    """(K, 3) the least and the greatest corners [m] of all parts."""
+def _part_boxes(environment: Environment) -> Floats:
+    """(2, K, 3) the least and the greatest corners [m] of all parts."""
     corners = [environment.triangle_corners(k) for k in range(len(environment.parts))]
     lows = [one.min(axis=(0, 1), initial=np.inf) for one in corners]
-    return np.array(lows), np.array([one.max(axis=(0, 1), initial=-np.inf) for one in corners])
+    return np.array([lows, [one.max(axis=(0, 1), initial=-np.inf) for one in corners]])
 
 
 def _followed(
-    own: Floats, mesh: Floats, along: Floats, whole: tuple[Floats, float]
+    other: str, meshes: tuple[Floats, Floats], along: Floats, most: float
 ) -> Iterator[_Way]:
-    """The points of triangles (T, 3, 3) [m] that enter triangles of a mesh (M, 3, 3) along a unit
-    vector.
-
-    whole: all triangles of the other mesh, and how far [m] the way is.
-    """
-    every = _edge_points(own)
-    height, met = _first_met(every, mesh, along)
-    ahead = np.flatnonzero(height < whole[1])
-    height = _met_aside(every[ahead], (mesh, along), np.full(len(ahead), TOLERANCE), height[ahead])
-    enters = height < whole[1]
-    if not enters.any():
+    """The points of triangles (T, 3, 3) [m] that enter a mesh (M, 3, 3) along a unit vector, up to a
+    way [m]."""
+    own, mesh = meshes
+    swept = np.concatenate([mesh, mesh - most * along])
+    near = (own.max(axis=1) >= swept.min(axis=(0, 1))) & (own.min(axis=1) <= swept.max(axis=(0, 1)))
+    enough = max(8, _WORK // len(mesh))
+    points = _edge_points(own[near.all(axis=1)])
+    if not len(points):
         return
-    within = ((every >= mesh.min(axis=(0, 1))) & (every <= mesh.max(axis=(0, 1)))).all(axis=1)
-    near = _thinned(every[within], _TELLING)
-    outer = np.median(_windings(_thinned(every, _TELLING), whole[0]))
-    inner = near[np.abs(_windings(near, whole[0]) - outer) >= 0.5]
-    points = every[ahead][enters]
-    height = height[enters]
+    reach = np.concatenate([points, points + most * along])
+    ends = reach.min(axis=0) - TOLERANCE, reach.max(axis=0) + TOLERANCE
+    ahead = mesh[((mesh.max(axis=1) >= ends[0]) & (mesh.min(axis=1) <= ends[1])).all(axis=1)]
+    within = ((points >= mesh.min(axis=(0, 1))) & (points <= mesh.max(axis=(0, 1)))).all(axis=1)
+    within = _thinned(points[within], min(_TELLING, enough))
+    telling = _thinned(points, min(_TELLING, enough))
+    height, slope = _first_met(points, ahead, along)
+    for aside in _aside(along):
+        points, height, slope = points[height < most], height[height < most], slope[height < most]
+        height = np.maximum(height, _first_met(points + TOLERANCE * aside, ahead, along)[0])
+    some = _thinned(np.flatnonzero(height < most), enough)
+    points, height, slope = points[some], height[some], slope[some]
+    if not len(points):
+        return
+    outer = np.median(_windings(telling, mesh))
+    inner = within[np.abs(_windings(within, mesh) - outer) >= 0.5]
     beside = np.linalg.norm((points + height[:, None] * along)[:, None] - inner, axis=2) < _BESIDE
-    known = np.max(np.where(beside, _distance(inner, whole[0]), 0.0), axis=1, initial=0.0)
-    height = _met_aside(points, (mesh, along), known + TOLERANCE, height)
-    new = np.abs(_windings(points - _TOUCHES * along, whole[0]) - outer) < 0.5
-    new &= height < whole[1]
+    known = np.max(np.where(beside, _distance(inner, mesh), 0.0), axis=1, initial=0.0)
+    for aside in _aside(along):
+        far = points + (known + TOLERANCE)[:, None] * aside
+        height = np.maximum(height, _first_met(far, mesh, along)[0])
+    new = np.abs(_windings(points - _TOUCHES * along, mesh) - outer) < 0.5
+    new &= height < most
     if new.any():
-        slope = np.abs(_normals(mesh[met[ahead][enters][new]]) @ along)
-        yield _Way(height[new], slope, known[new])
+        yield _Way(other, height[new], slope[new], known[new])
 
 
-def _met_aside(points: Floats, line: tuple[Floats, Floats], by: Floats, height: Floats) -> Floats:
-    """(N,) [m] how far ahead points meet triangles (T, 3, 3) along a unit vector both where they are, at
-    `height` (N,) [m], and moved aside by so much (N,) [m] in any of four ways."""
-    mesh, along = line
-    for aside in np.concatenate([_across(along), -_across(along)]):
-        height = np.maximum(height, _first_met(points + by[:, None] * aside, mesh, along)[0])
-    return height
+def _stays_in(
+    environment: Environment, parts: tuple[str, str], start: ArrayLike, by: ArrayLike
+) -> bool:
+    """Whether a part crosses the surface of another one at the end of a way, or its middle is on another
+    side of it than before, and no farther out."""
+    own, other = (environment.triangle_corners(environment.part_index(name)) for name in parts)
+    own = own + np.asarray(start)
+    middle = own.mean(axis=(0, 1))
+    before, after = _windings(np.array([middle, middle + np.asarray(by)]), other)
+    crossed = abs(after - before) >= 0.5 and abs(after) > abs(before) - 0.25
+    return bool(crossed) or come_near(own + np.asarray(by), other, 0.0)
 
 
-def _thinned(points: Floats, most: int) -> Floats:
-    """Every so manieth of some points (N, 3), so that they are no more than so many."""
-    return points[:: max(1, -(-len(points) // most))]
+def _thinned(rows: T, most: int) -> T:
+    """Every so manieth of some rows, so that they are no more than so many."""
+    return rows[:: max(1, -(-len(rows) // most))]
 
 
 def _windings(points: Floats, triangles: Floats) -> Floats:
@@ -253,6 +258,7 @@ def _windings(points: Floats, triangles: Floats) -> Floats:
 
 def _edge_points(triangles: Floats) -> Floats:
     """(N, 3) [m] points along the edges of triangles (T, 3, 3)."""
+    triangles = _thinned(triangles, _MOST)
     start = triangles.reshape(-1, 3)
     side = np.roll(triangles, -1, axis=1).reshape(-1, 3) - start
     count = np.maximum(np.ceil(np.linalg.norm(side, axis=1) / _SPACING), 1).astype(np.int64)
@@ -262,18 +268,13 @@ def _edge_points(triangles: Floats) -> Floats:
     return _thinned(points, _MOST)
 
 
-def _normals(triangles: Floats) -> Floats:
-    """(T, 3) unit normals, 0 of what has no area."""
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None])
-
-
-def _first_met(points: Floats, triangles: Floats, along: Floats) -> tuple[Floats, Ints]:
-    """How far ahead (N,) [m] along a unit vector points first meet triangles, infinite where they meet
-    none, and which (N,); triangles that are seen edge-on are met by none."""
+def _first_met(points: Floats, triangles: Floats, along: Floats) -> Floats:
+    """(2, N) how far ahead [m] along a unit vector points first meet triangles, infinite where they meet
+    none, and |n . d| of these; triangles that are seen edge-on are met by none."""
+    found = np.full((2, len(points)), np.inf)
     if not len(points):
-        return np.zeros(0), np.zeros(0, dtype=np.int64)
-    across = _across(along)
+        return found
+    across = _aside(along)[:2]
     flat = points @ across.T
     corner = triangles @ across.T
     boxes = np.concatenate([corner.min(axis=1), corner.max(axis=1)], axis=1)
@@ -288,16 +289,15 @@ def _first_met(points: Floats, triangles: Floats, along: Floats) -> tuple[Floats
     ahead = np.einsum("kc,kc->k", share, triangles[j] @ along) - points[i] @ along
     meets = np.flatnonzero(flat_on & (share > -1e-9).all(axis=1) & (ahead > -_TOUCHES))
     last = meets[np.argsort(-ahead[meets], kind="stable")]  # the nearest is written last
-    height = np.full(len(points), np.inf)
-    met = np.zeros(len(points), dtype=np.int64)
-    height[i[last]] = ahead[last]
-    met[i[last]] = j[last]
-    return height, met
+    size = np.linalg.norm(np.cross(*np.moveaxis(np.diff(triangles[j[last]], axis=1), 1, 0)), axis=1)
+    found[:, i[last]] = ahead[last], np.abs(area[last]) / size
+    return found
 
 
-def _across(along: Floats) -> Floats:
-    """(2, 3) two unit vectors at right angles to one and to each other."""
-    return np.asarray(np.linalg.svd(along[None])[2][1:])
+def _aside(along: Floats) -> Floats:
+    """(4, 3) unit vectors at right angles to one: two at right angles, and their opposites."""
+    across = np.linalg.svd(along[None])[2][1:]
+    return np.concatenate([across, -across])
 
 
 def _distance(points: Floats, triangles: Floats) -> Floats:

@@ -4,8 +4,8 @@ of all passes together.
 Of the pass that is at hand the time left is told by how fast it goes since its first people were done:
 before that processes start and compile. What is ahead takes as long as a pass of its kind has taken;
 where none was, by its weight, what all passes so far and the rest of this one take by theirs. The time
-left never rises: where it would have to rise to more than twice as much as was told, none is told until
-it does not.
+left is told with a quarter to spare and never rises: where it would have to rise by more than half of what was
+told, none is told until it does not.
 """
 
 from __future__ import annotations
@@ -28,8 +28,10 @@ USUAL_CHANGES = 2
 """Changes that are tried where none are asked for: up to five, but most runs find no more that gain."""
 FIRST_ESTIMATE = 2.0
 """Time [s] after which it is told how long it will take."""
+_SPARE = 1.25
 _KNOWN = 0.05
-"""The share of a pass by which it tells how long it takes."""
+"""How many times the time left is told that is expected, and the share of a pass by which it tells how
+long it takes."""
 
 
 class Passes:
@@ -87,7 +89,8 @@ class Passes:
         spent = sum(took for _, took in self._behind) + now - self._since + own
         unit = spent / (sum(_WEIGHTS[kind] for kind, _ in self._behind) + _WEIGHTS[self._now])
         left = own + sum(took.get(kind, unit * _WEIGHTS[kind]) for kind in self._ahead)
-        if left > 2.0 * self._left + 5.0:
+        left *= _SPARE
+        if left > 1.5 * self._left + 5.0:
             return ""
         self._left = min(self._left, left)
         return (

@@ -455,7 +455,7 @@ def gain_sentence(gain: Gain, count: int) -> str:
     %." of so many people."""
     shares = (gain.before, gain.after, gain.joint_before, gain.joint_after)
     one, two, all_one, all_two = (percent_number(share, count) for share in shares)
-    limit = f" {_capital(gain.limit)}." if gain.limit else ""
+    limit = f" {_capital(plain(gain.limit))}." if gain.limit else ""
     joint = f"leaves all requirements together at {all_one} %"
     if all_one != all_two:
         joint = f"all requirements together from {all_one} to {all_two} %"
@@ -473,7 +473,7 @@ def no_gain_words(result: PopulationFound) -> list[str]:
     """What would gain and is not proposed; that no proposal gains anything, where people are left out
     and no changes were asked for; what was not looked at where a seat goes beyond its travel, or who
     steps beyond the area."""
-    words = [f"Not proposed: {one}." for one in result.refused]
+    words = [f"Not proposed: {plain(one)}." for one in result.refused]
     seat = result.place.own_seat
     if any("letting the seat go" in one.words for one in result.gains) and not (
         seat and seat.moves

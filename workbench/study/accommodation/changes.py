@@ -23,11 +23,13 @@ __all__ = ["borne_by", "changed", "enters", "enters_words", "moved_parts"]
 
 @dataclass(frozen=True, eq=False)
 class _Mover:
-    """Parts that are moved together by (3,) [m] from (3,) [m] off where they are at rest."""
+    """Parts that are moved together by (3,) [m] from (3,) [m] off where they are at rest; travels: again
+    and again, as a seat."""
 
     parts: tuple[str, ...]
     start: Floats
     by: Floats
+    travels: bool
 
 
 def changed(place: Workplace, change: Change) -> Workplace:
@@ -55,13 +57,13 @@ def enters(place: Workplace, change: Change) -> Entered | None:
     more than they do in the design as it is; None where they enter nothing. What turns is not looked
     at."""
     environment = place.environment
-    movers = [_Mover(move.parts, np.zeros(3), np.array(move.by)) for move in change.moves]
+    movers = [_Mover(move.parts, np.zeros(3), np.array(move.by), False) for move in change.moves]
     seat = place.own_seat
     if seat is not None and change.of_travel:
         known = (seat.travel_forward, seat.travel_up)
         longer = changed(place, change).travel
         movers += [
-            _Mover(seat.moves, *way) for way in travel_ways(seat, known, longer, middles=True)
+            _Mover(seat.moves, *way, True) for way in travel_ways(seat, known, longer, middles=True)
         ]
     gone = {name for mover in movers for name in mover.parts}
     still = [name for name in environment.parts if name not in gone]
@@ -70,7 +72,7 @@ def enters(place: Workplace, change: Change) -> Entered | None:
         if one.parts != other.parts:
             tried.append((other, other.by - one.by, list(one.parts)))
     found = [
-        entered(environment, one.parts, by, start=one.start, others=others)
+        entered(environment, one.parts, by, start=one.start, others=others, way_counts=one.travels)
         for one, by, others in tried
     ]
     return max((one for one in found if one), key=lambda one: one.depth, default=None)
