@@ -11,7 +11,7 @@ import trimesh
 import workbench as wb
 from tests.conftest import SHARED
 from tests.made_studies import found_of
-from tests.mirror_images import asymmetry
+from tests.mirror_images import asymmetry, twins_of
 from tests.toy_cockpit import write_toy
 from workbench import InputError
 from workbench.body.surface import body_solid
@@ -170,3 +170,26 @@ def test_a_symmetric_scan_gives_a_symmetric_body_whatever_the_order_in_its_file(
         assert asymmetry(wb.load_body(made)) < 1e-9
         texts.append(made.read_text())
     assert texts[0] == texts[1]
+
+
+@pytest.mark.nightly
+def test_a_scan_and_its_mirror_image_give_bodies_that_are_mirror_images(woman, tmp_path):
+    scan_of(woman, tmp_path / "first.obj")
+    mesh = trimesh.load(tmp_path / "first.obj", process=False)
+    faces = np.random.default_rng(1).permutation(mesh.faces[:, ::-1])
+    trimesh.Trimesh(mesh.vertices * [1, -1, 1], faces, process=False).export(
+        tmp_path / "second.obj"
+    )
+    made = []
+    for name in ("first", "second"):
+        call = ["body", "fit", str(tmp_path / f"{name}.obj"), "--length", "m"]
+        out = tmp_path / f"{name}.yaml"
+        assert main([*call, "--skeleton", "adult_male", "-o", str(out), *WIDE]) == 0
+        made.append(wb.load_body(out))
+    one, other = made
+    assert np.array_equal(one.mass[0], other.mass[0, twins_of(one)])
+    for segment, twin in enumerate(twins_of(one)):
+        here = np.column_stack([one.centre[0], one.radius[0]])[one.sphere_segment == segment]
+        there = np.column_stack([other.centre[0], other.radius[0]])[other.sphere_segment == twin]
+        gap = np.abs(here[:, None] - there * [1, -1, 1, 1]).max(axis=2)
+        assert len(here) == len(there) and (not len(here) or gap.min(axis=1).max() < 1e-9)

@@ -37,7 +37,7 @@ from workbench.files.meshes.reading import axes_rotation, read_mesh, to_world
 from workbench.files.meshes.sizes import implausible_sizes, person_size
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import DIRECTIONS, Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, pose
@@ -243,6 +243,7 @@ _MIDDLE = 1e-9
 _TWISTED = 1e-3
 _SYMMETRIC = 1e-4
 """Distance [m] of a mesh or a skeleton from its mirror image up to which it is symmetric."""
+_FLIP = np.array([1.0, -1.0, 1.0])
 _IMAGE = np.array([[1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, 1.0]])
 """Factors of a transform (3, 4) in the mirror y = 0."""
 _MM = ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
@@ -317,8 +318,10 @@ def skeleton_of(
     body = load_body(source)
     if body.basis is None or posture is not None or at is not None:
         return placed_skeleton(source, posture=posture, at=at)
-    found = register(body, surface)
     plane = _mirror_plane(surface)
+    if plane is None and _left_handed(surface):
+        return _skeleton_image(skeleton_of(source, _surface_image(surface)))
+    found = register(body, surface)
     poses = found.poses if plane is None else _symmetric(found.body, found.poses, plane)
     placed = place(found.body, poses)
     owner = tuple(found.body.segments[n] for n in found.body.sphere_segment)
@@ -335,8 +338,39 @@ def _mirror_plane(surface: Surface) -> float | None:
     """The y [m] of the plane in which a surface is its own mirror image; None if it is not."""
     side = surface.vertices[:, 1]
     plane = 0.5 * float(side.min() + side.max())
-    image = surface.vertices * [1.0, -1.0, 1.0] + [0.0, 2.0 * plane, 0.0]
+    image = surface.vertices * _FLIP + [0.0, 2.0 * plane, 0.0]
     return plane if np.abs(surface.distance(image)).max() <= _SYMMETRIC else None
+
+
+def _left_handed(surface: Surface) -> bool:
+    """Whether a surface is the image of the one that is fitted in its place, so that both give images:
+    the third moment about the middle of left and right tells which."""
+    side = surface.vertices[:, 1]
+    return bool(np.sum((side - side.mean()) ** 3) < 0.0)
+
+
+def _surface_image(surface: Surface) -> Surface:
+    """The surface in the mirror y = 0."""
+    return _ordered(Surface(surface.vertices * _FLIP, surface.faces[:, ::-1], surface.notes))
+
+
+def _skeleton_image(skeleton: Skeleton) -> Skeleton:
+    """The skeleton of a symmetric body in the mirror y = 0."""
+    body = skeleton.body
+    twin = twins_of(body)
+    world = skeleton.world[twin] * _IMAGE
+    if skeleton.flesh is None:
+        return replace(skeleton, world=world)
+    owner = [body.segments[twin[body.segment(name)]] for name in skeleton.flesh.segments]
+    flesh = Flesh(skeleton.flesh.centre * _FLIP, skeleton.flesh.radius, tuple(owner))
+    return replace(skeleton, world=world, flesh=flesh)
+
+
+def _fit_image(cut: SegmentedFit, twin: Ints) -> SegmentedFit:
+    """A fit in the mirror y = 0. twin (N,): the segment on the other side of each."""
+    member = cut.member[:, twin]
+    fit = replace(cut.fit, centre=cut.fit.centre * _FLIP, region=packed(member))
+    return SegmentedFit(fit, cut.segments, member, tuple(cut.parts[k] for k in twin))
 
 
 def _symmetric(body: Body, poses: Poses, plane: float) -> Poses:
@@ -393,9 +427,12 @@ def fit_body(
     """
     if skeleton is None:
         return fit_whole(surface, limits, name=ALONE, count=count, seed=seed)
+    plane = _mirror_plane(surface)
+    turned = plane is None and skeleton.flesh is not None and _left_handed(surface)
+    stands = _skeleton_image(skeleton) if turned else skeleton
     cut = fit_segments(
-        surface,
-        skeleton.bones,
+        _surface_image(surface) if turned else surface,
+        stands.bones,
         outward=limits.outward,
         inward=limits.inward,
         least_radius=limits.least,
@@ -403,16 +440,18 @@ def fit_body(
         count=count,
         seed=seed,
     )
-    plane = _mirror_plane(surface) if count is None else None
-    twin = twins_of(skeleton.body)
-    image = skeleton.world[twin] * _IMAGE
-    image[:, 1, 3] += 2.0 * (plane or 0.0)
-    if plane is None or np.abs(image - skeleton.world).max() > _SYMMETRIC:
+    segments = skeleton.body.segments
+    other = dict(zip(segments, (segments[n] for n in twins_of(skeleton.body)), strict=True))
+    twin = np.array([cut.segments.index(other[name]) for name in cut.segments])
+    if turned:
+        return _fit_image(cut, twin)
+    if plane is None or count is not None:
         return cut
-    names = [skeleton.body.segments[n] for n in twin]
-    other = dict(zip(skeleton.body.segments, names, strict=True))
-    number = np.array([cut.segments.index(other[name]) for name in cut.segments])
-    return symmetric_fit(surface, regions_of(surface, skeleton.bones), cut, number, plane)
+    image = _skeleton_image(skeleton).world
+    image[:, 1, 3] += 2.0 * plane
+    if np.abs(image - skeleton.world).max() > _SYMMETRIC:
+        return cut
+    return symmetric_fit(surface, regions_of(surface, skeleton.bones), cut, twin, plane)
 
 
 def fitted_body_text(
