@@ -15,7 +15,13 @@ import numpy as np
 from workbench.errors import one_of
 from workbench.files.environment_own import grippable
 from workbench.files.schema import metres_in
-from workbench.files.seat_doubts import floor_doubts, place_of, rest_doubts, twice_doubts
+from workbench.files.seat_doubts import (
+    floor_doubts,
+    place_of,
+    point_doubts,
+    rest_doubts,
+    twice_doubts,
+)
 from workbench.geometry.ground import ground_of
 from workbench.geometry.polygon import point_winding
 from workbench.geometry.surfaces import surface_gap
@@ -68,6 +74,7 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
         *_cushion_sizes(environment),
         *odd,
         *_seats_turned(environment),
+        *point_doubts(environment.seats, ground_of(environment), environment.points),
         *_short_lengths(environment),
         *_controls_away(environment),
         *_controls_on_nothing(environment),
