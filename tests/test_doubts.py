@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from tests.conftest import ROOT
 from tests.made_seat import corners, obj_text
 from workbench.files.environments import load_environment
 from workbench.files.kinds import check_file
+from workbench.files.seat_doubts import heel_doubts
+from workbench.geometry.ground import ground_of
 
 EYE = "left_design_eye: [20, 280, 1053]"
 HEEL = "left_heel: [786, 280, 0]"
@@ -110,6 +113,44 @@ def test_a_place_that_nobody_means_is_said_with_its_distance(tmp_path, old, new,
     assert [line for line in check_file(study).warnings if line.startswith(words)], check_file(
         study
     )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (EYE, "left_design_eye: [20, 280, 90]", "520 mm below where the eyes of anybody in seat"),
+        (EYE, "left_design_eye: [0.02, 0.28, 1.053]", "609 mm below where the eyes of anybody in"),
+        (HEEL, "left_heel: [786, 280, 300]", "300 mm above the surface there, 'floor'"),
+        (HEEL, "left_heel: [786, 280, -400]", "400 mm under the floor before seat 'left', 'floor'"),
+    ],
+)
+def test_a_point_by_its_name_is_where_a_sitter_has_it_or_said_once(tmp_path, old, new, words):
+    study = trainer(tmp_path, old, new)
+    environment = tmp_path / "environments" / "trainer" / "environment.yaml"
+    for file in (environment, study):
+        said = [line for line in check_file(file).warnings if words in line]
+        assert len(said) == 1, check_file(file)
+    assert "eye" not in new or "mm is usual" in said[0]
+
+
+def test_heels_stand_on_no_stick(tmp_path):
+    """A stick of 20 mm that ends 60 mm over the floor under the heels is none, nor is its breadth a
+    foot's; an eye point across a counter is nobody's who sits."""
+    environment = load_environment(ROOT / "environments" / "trainer" / "environment.yaml")
+    seat = environment.seat("left")
+    lever = np.array([[0.0, 0.0, 0.06], [0.02, 0.0, 0.06], [0.0, 0.02, 0.06]])
+    heel = np.array(environment.points["left_heel"])
+    for broad, said in ((0.02, 0), (0.5, 1)):
+        corners_there = heel + (lever - [0.005, 0.005, 0.0]) * [broad / 0.02, broad / 0.02, 1.0]
+        ground = ground_of(environment)
+        more = replace(
+            ground,
+            corners=np.concatenate([ground.corners, corners_there[None]]),
+            part=np.append(ground.part, len(ground.names)),
+            names=(*ground.names, "lever"),
+            one_sided=np.append(ground.one_sided, False),
+        )
+        assert len(list(heel_doubts(seat, more, "heel", tuple(heel.tolist())))) == said
 
 
 def test_a_mesh_in_feet_that_is_read_as_metres_has_seats_for_giants(tmp_path):

@@ -15,7 +15,13 @@ import numpy as np
 from workbench.errors import one_of
 from workbench.files.environment_own import grippable
 from workbench.files.schema import metres_in
-from workbench.files.seat_doubts import floor_doubts, place_of, rest_doubts, twice_doubts
+from workbench.files.seat_doubts import (
+    floor_doubts,
+    place_of,
+    point_doubts,
+    rest_doubts,
+    twice_doubts,
+)
 from workbench.geometry.entering import Entered, entered, travel_ways
 from workbench.geometry.ground import ground_of
 from workbench.geometry.polygon import point_winding
@@ -69,6 +75,7 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
         *_cushion_sizes(environment),
         *odd,
         *_seats_turned(environment),
+        *point_doubts(environment.seats, ground_of(environment), environment.points),
         *_short_lengths(environment),
         *_travels_blocked(environment),
         *_controls_away(environment),

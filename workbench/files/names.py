@@ -7,14 +7,47 @@ import re
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from unicodedata import normalize
+from unicodedata import combining, normalize
 
 from workbench.errors import InputError, has_controls, printable
 
-__all__ = ["LONGEST_NAME", "good_name", "matches", "matching", "spelled", "unique_names"]
+__all__ = [
+    "LONGEST_NAME",
+    "good_name",
+    "is_for_eyes",
+    "is_for_heels",
+    "matches",
+    "matching",
+    "spelled",
+    "unique_names",
+    "words_of",
+]
 
 LONGEST_NAME = 80
 """Characters of a name that somebody types."""
+_EYES = frozenset(
+    [
+        "eye",
+        "eyes",
+        "eyepoint",
+        "dep",
+        "derp",
+        "auge",
+        "augen",
+        "augpunkt",
+        "augenpunkt",
+        "oeil",
+        "yeux",
+        "ojo",
+        "ojos",
+        "occhio",
+        "occhi",
+    ]
+)
+_HEELS = frozenset(
+    ["heel", "heels", "ahp", "ferse", "fersen", "talon", "talons", "talones", "tallone"]
+)
+"""Words by which points are for eyes and for heels."""
 
 
 def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
@@ -94,3 +127,20 @@ def matching(patterns: Sequence[str] | None, names: Iterable[str]) -> tuple[str,
 def _pattern(pattern: str) -> re.Pattern[str]:
     signs = {"*": ".*", "?": "."}
     return re.compile("".join(signs.get(c, re.escape(c)) for c in pattern), re.DOTALL)
+
+
+def words_of(name: str) -> list[str]:
+    """The words of a name, small and without accents: "SteuerKnüppel_2" is steuer, knuppel."""
+    apart = re.sub(r"(?<=[a-zß-ÿ])(?=[A-ZÀ-Þ])", " ", name)
+    plain = normalize("NFKD", apart.casefold())
+    return re.findall(r"[a-z]+", "".join(c for c in plain if not combining(c)))
+
+
+def is_for_eyes(name: str) -> bool:
+    """Whether the name of a point is that of an eye point."""
+    return not _EYES.isdisjoint(words_of(name))
+
+
+def is_for_heels(name: str) -> bool:
+    """Whether the name of a point is that of a heel point."""
+    return not _HEELS.isdisjoint(words_of(name))

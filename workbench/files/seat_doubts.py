@@ -8,27 +8,31 @@ reference point.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.names import is_for_eyes, is_for_heels
 from workbench.files.seat_figures import BENCH, Across, strip
 from workbench.files.seat_search import SITTER, PartFaces, found_seat
 from workbench.geometry.clipping import clip_triangles
 from workbench.geometry.ground import Ground
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, xyz
 from workbench.model.environment import Doubt, Seat
 from workbench.model.posing import attitude_matrix
 
 __all__ = [
     "SEAT_PART",
     "another_seats",
+    "eye_doubts",
     "floor_before",
     "floor_doubts",
+    "heel_doubts",
     "place_of",
+    "point_doubts",
     "rest_doubts",
     "rest_lines",
     "twice_doubts",
@@ -68,6 +72,23 @@ SAME = 0.3
 """Two people whose seat reference points are nearer [m] sit in each other."""
 _DEEPEST = 1.5
 """A surface farther [m] below is not the floor of this seat."""
+_EYE_UP = (0.35, 1.0)
+"""Eye height [m] over the seat reference point: from a child of three years (0.4 m) to more than the
+99.9th percentile of men (0.92 m; ANSUR II, eye height sitting)."""
+_EYE_AHEAD = 0.4
+"""How far [m] an eye is ahead of the plane of the back at most: the depth of a large head, and a
+neck that bends."""
+_EYE_ASIDE = 0.25
+_EYE_NEAR = 0.6
+_FACTORS = (1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3)
+"""An eye point that is nearer [m] to the eyes of a seat, as seen from above, is meant for it, and one
+that would be there in another unit of length; others may be of people who stand."""
+_HEEL_SUNK = 0.1
+"""A heel point is no more [m] under the floor that it is meant for: what is higher is over the feet."""
+_HEEL_OFF = 0.03
+"""How far [m] a heel point may be from the surface under or over it: a carpet, a sole."""
+_FLOOR = 0.1
+"""A part that is narrower [m] is no floor: a foot is so broad. It is a stick, a rail, a screw."""
 
 
 def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
@@ -333,3 +354,74 @@ def twice_doubts(seats: Sequence[Seat]) -> Iterator[Doubt]:
                 f"seats {one.name!r} and {other.name!r} are {1e3 * apart:.0f} mm apart: people in "
                 f"both are in each other: is one of them that of another place?",
             )
+
+
+def eye_doubts(seat: Seat, name: str, point: tuple[float, float, float]) -> Iterator[str]:
+    """Return where a point for the eyes [m] is out of what any sitter can have, in any position of
+    the seat."""
+    x, y, up = (point[axis] - seat.srp[axis] for axis in range(3))
+    forward, left = attitude_matrix(yaw=seat.yaw)[:2, :2].T @ (x, y)
+    usual = ", ".join(f"{1e3 * value:.0f}" for value in seat.nominal_eye)
+    back = math.tan(seat.back_angle)
+    aft = -_EYE_UP[1] * back
+    ahead = -_EYE_UP[0] * back + _EYE_AHEAD
+    ways = (
+        (forward, seat.travel_forward, (aft, ahead), ("behind", "ahead of")),
+        (left, (0.0, 0.0), (-_EYE_ASIDE, _EYE_ASIDE), ("to the right of", "to the left of")),
+        (up, seat.travel_up, _EYE_UP, ("below", "above")),
+    )
+    for at, travel, (least, most), (short, beyond) in ways:
+        below = travel[0] + least - at
+        above = at - travel[1] - most
+        if max(below, above) > 0:
+            where = short if below > 0 else beyond
+            yield (
+                f"point {name!r} is {1e3 * max(below, above):.0f} mm {where} where the eyes of "
+                f"anybody in seat {seat.name!r} can be: about ({usual}) mm is usual"
+            )
+
+
+def heel_doubts(
+    seat: Seat, ground: Ground, name: str, point: tuple[float, float, float]
+) -> Iterator[str]:
+    """Return where a heel point [m] is not on what may be a floor: the highest surface under it or little
+    above it, or else the floor before its seat, or else the lowest surface above."""
+    heights, parts = ground.levels(np.array(point[:2]))
+    broad = np.array([ground.breadth(int(part)) >= _FLOOR for part in parts], dtype=np.bool_)
+    if not broad.any():
+        yield f"point {name!r}: there is no floor under or over it for the heels"
+        return
+    heights = heights[broad]
+    row = max(int((heights <= point[2] + _HEEL_SUNK).sum()) - 1, 0)
+    below = Floor(float(heights[row]), ground.names[int(parts[broad][row])])
+    before = floor_before(seat, ground) if below.height > point[2] + _HEEL_SUNK else None
+    floor = before or below
+    off = point[2] - floor.height
+    if abs(off) > _HEEL_OFF:
+        where = "above" if off > 0 else "under"
+        what = f"the floor before seat {seat.name!r}" if before else "the surface there"
+        yield (
+            f"point {name!r}, where the heels stand, is {1e3 * abs(off):.0f} mm {where} {what}, "
+            f"{floor.part!r}"
+        )
+
+
+def point_doubts(
+    seats: Sequence[Seat], ground: Ground, points: Mapping[str, tuple[float, float, float]]
+) -> Iterator[Doubt]:
+    """Return which points are for eyes or heels of sitters by their names and places, and where none
+    has these: of who sits in the nearest seat."""
+    for name, at in points.items() if seats else ():
+        found: Iterable[str] = ()
+        if is_for_eyes(name):
+            seat = min(seats, key=lambda one: math.dist(one.nominal_eye, at))
+            found = list(eye_doubts(seat, name, at))
+            there = [xyz(factor * np.array(at)) for factor in _FACTORS]
+            slip = any(not list(eye_doubts(seat, name, place)) for place in there)
+            if math.dist(seat.nominal_eye[:2], at[:2]) > _EYE_NEAR and not slip:
+                found = ()  # of somebody who stands
+        elif is_for_heels(name):
+            seat = min(seats, key=lambda one: math.dist(one.srp, at))
+            found = heel_doubts(seat, ground, name, at)
+        for said in found:
+            yield Doubt(f"place of point {name}", said)

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.files.environment_doubts import unknown_segments
+from workbench.files.seat_doubts import eye_doubts, heel_doubts
 from workbench.files.study.roles import LoadedRole
 from workbench.files.study.schema import StudyFile
 from workbench.geometry.ground import Ground, ground_of
-from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Seat
 from workbench.model.posing import attitude_matrix
@@ -26,13 +25,6 @@ from workbench.model.workplace import Aims
 
 __all__ = ["far_words", "length_doubts", "study_doubts"]
 
-_EYE_UP = (0.35, 1.0)
-"""Eye height [m] over the seat reference point: from a child of three years (0.4 m) to more than the
-99.9th percentile of men (0.92 m; ANSUR II, eye height sitting)."""
-_EYE_AHEAD = 0.4
-"""How far [m] an eye is ahead of the plane of the back at most: the depth of a large head, and a
-neck that bends."""
-_EYE_ASIDE = 0.25
 _HIP_AWAY = 0.3
 """How far [m] a hip point may be from the seat reference point: sitters sink in less."""
 _WHEEL = (0.15, 1.2)
@@ -41,10 +33,6 @@ _LAP = tuple((ahead, left) for ahead in (0.1, 0.25, 0.4) for left in (-0.12, 0.1
 _UNDER_LAP = (-0.25, 0.1)
 """Where thighs are, ahead and to the left of the seat reference point [m]; what is at such heights
 [m] over it there bears them, or is what bears them."""
-_HEEL_SUNK = 0.1
-"""A heel point is no more [m] under the floor that it is meant for: what is higher is over the feet."""
-_HEEL_OFF = 0.03
-"""How far [m] a heel point may be from the surface under or over it: a carpet, a sole."""
 
 
 def study_doubts(
@@ -71,7 +59,8 @@ def study_doubts(
     for (_, name), action in actions.items():
         seat = roles[name].file.seat
         if isinstance(action, PredictedPosture) and seat is not None:
-            doubts += _aim_doubts(environment, environment.seat(seat), action.aims)
+            aims = _aim_doubts(environment, environment.seat(seat), action.aims)
+            doubts += [one for one in aims if not any(one in said for said in environment.warnings)]
     rooms = [one for one in criteria if one.check == "clearance" and one.at_least > 0.0]
     seats = {name: role.file.seat for name, role in roles.items() if role.file.seat is not None}
     ground = ground_of(environment) if rooms and seats else None
@@ -105,9 +94,9 @@ def _aim_doubts(environment: Environment, seat: Seat, aims: Aims) -> Iterator[st
     """What is odd about the points that a posture is predicted from."""
     points = environment.points
     if aims.eyes is not None:
-        yield from _eye_doubts(seat, aims.eyes, _in_seat(seat, points[aims.eyes]))
+        yield from eye_doubts(seat, aims.eyes, points[aims.eyes])
     if aims.heels is not None:
-        yield from _heel_doubts(environment, aims.heels, points[aims.heels])
+        yield from heel_doubts(seat, ground_of(environment), aims.heels, points[aims.heels])
     driving = aims.driving
     if driving is not None:
         away = math.dist(points[driving.h_point], seat.srp)
@@ -153,65 +142,3 @@ def far_words(
             f"{what}: {farthest:g} m is farther than environment {environment.name} is large "
             f"({size:.3g} m): is a unit missing, as in '20 mm'?"
         )
-
-
-@dataclass(frozen=True)
-class _InSeat:
-    """A point as a sitter has it, from the seat reference point [m]."""
-
-    forward: float
-    left: float
-    up: float
-
-
-def _in_seat(seat: Seat, point: tuple[float, float, float]) -> _InSeat:
-    x, y, z = (point[axis] - seat.srp[axis] for axis in range(3))
-    cos, sin = math.cos(seat.yaw), math.sin(seat.yaw)
-    return _InSeat(cos * x + sin * y, cos * y - sin * x, z)
-
-
-def _eye_doubts(seat: Seat, name: str, eye: _InSeat) -> Iterator[str]:
-    """Where a point for the eyes is out of what any sitter can have, in any position of the seat."""
-    back = math.tan(seat.back_angle)
-    aft = -_EYE_UP[1] * back
-    ahead = -_EYE_UP[0] * back + _EYE_AHEAD
-    ways = (
-        (eye.forward, seat.travel_forward, (aft, ahead), ("behind", "ahead of")),
-        (eye.left, (0.0, 0.0), (-_EYE_ASIDE, _EYE_ASIDE), ("to the right of", "to the left of")),
-        (eye.up, seat.travel_up, _EYE_UP, ("below", "above")),
-    )
-    for at, travel, (least, most), (short, beyond) in ways:
-        below = travel[0] + least - at
-        above = at - travel[1] - most
-        if max(below, above) > 0:
-            where = short if below > 0 else beyond
-            yield (
-                f"point {name!r} is {1e3 * max(below, above):.0f} mm {where} where the eyes of "
-                f"anybody in seat {seat.name!r} can be"
-            )
-
-
-def _heel_doubts(
-    environment: Environment, name: str, point: tuple[float, float, float]
-) -> Iterator[str]:
-    """Where a heel point is not on a surface."""
-    part, height = _surface_under(environment, np.array(point))
-    off = point[2] - height
-    if not np.isfinite(height):
-        yield f"point {name!r}: there is no floor under or over it for the heels"
-    elif abs(off) > _HEEL_OFF:
-        where = "above" if off > 0 else "under"
-        yield (
-            f"point {name!r}, where the heels stand, is {1e3 * abs(off):.0f} mm {where} the "
-            f"surface there, {environment.parts[part]!r}"
-        )
-
-
-def _surface_under(environment: Environment, point: Floats) -> tuple[int, float]:
-    """The part, and the height [m], of the highest surface that the vertical through a point meets
-    below it or little above it, or else of the lowest above; -1 and infinite where it meets none."""
-    heights, parts = ground_of(environment).levels(point[:2])
-    if not len(heights):
-        return -1, math.inf
-    row = max(int((heights <= point[2] + _HEEL_SUNK).sum()) - 1, 0)
-    return int(parts[row]), float(heights[row])

@@ -48,10 +48,11 @@ def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
     for r, one in enumerate(asked):
         pairs = _pairs(body, one.criterion) & np.isfinite(distance)
         some = pairs.any(axis=(1, 2))
-        allowed = body.allowance + one.criterion.at_most
         for margin, growth in ((found.low, outside), (found.high, -inside)):
             grown = growth[:, :, None] + growth[:, None, :]
-            room = np.where(pairs, distance + allowed - grown, np.inf)
+            room = np.where(
+                pairs, distance + body.allowance + one.criterion.at_most - grown, np.inf
+            )
             margin[some, r] = room[some].min(axis=(1, 2))
     return found
 

@@ -7,13 +7,12 @@ lie between the seats. Each guess says by what it was made.
 from __future__ import annotations
 
 import math
-import re
-import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from workbench.files.names import is_for_eyes, is_for_heels, words_of
 from workbench.model.arrays import Floats
 from workbench.model.environment import Control, Environment, Seat
 
@@ -21,12 +20,9 @@ __all__ = [
     "SeatFrame",
     "Sitter",
     "Use",
-    "is_for_eyes",
-    "is_for_heels",
     "left_out",
     "sitters_of",
     "use_of",
-    "words_of",
 ]
 
 WORK = (0.45, 0.30)
@@ -405,10 +401,6 @@ ACCELERATORS = _known(
 BRAKES = _known("brake bremse bremspedal frein freno rem broms")
 CLUTCHES = _known("clutch kupplung kupplungspedal embrayage embrague frizione")
 FOOT_RESTS = _known("rest footrest deadpedal dead fussstutze")
-EYES = _known(
-    "eye eyes eyepoint dep derp auge augen augpunkt augenpunkt oeil yeux ojo ojos occhio occhi"
-)
-HEELS = _known("heel heels ahp ferse fersen talon talons talones tallone")
 DIALS = frozenset({"selector", "knob", "dial", "drehknopf"})
 COLUMN = frozenset({"column", "control"})
 NO_STEERING = _known("hand road tyre tire spare nose tail front rear hub well thumb")
@@ -428,28 +420,11 @@ class Use:
     word: str
 
 
-def words_of(name: str) -> list[str]:
-    """The words of a name, small and without accents: "SteuerKnüppel_2" is steuer, knuppel."""
-    apart = re.sub(r"(?<=[a-zß-ÿ])(?=[A-ZÀ-Þ])", " ", name)
-    plain = unicodedata.normalize("NFKD", apart.casefold())
-    return re.findall(r"[a-z]+", "".join(c for c in plain if not unicodedata.combining(c)))
-
-
 def use_of(control: Control) -> Use:
     """Tell what a control is for, by its own name or else by that of its part."""
     tell = _foot_use if control.for_feet else _hand_use
     own = tell(words_of(control.name))
     return own if own.word else tell(words_of(control.part))
-
-
-def is_for_eyes(name: str) -> bool:
-    """Whether the name of a point is that of an eye point."""
-    return not EYES.isdisjoint(words_of(name))
-
-
-def is_for_heels(name: str) -> bool:
-    """Whether the name of a point is that of a heel point."""
-    return not HEELS.isdisjoint(words_of(name))
 
 
 def _first(words: list[str], known: frozenset[str]) -> str:

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from workbench.files.environment_doubts import part_box
+from workbench.files.names import words_of
 from workbench.files.yaml_changes import flow_text
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Control, Environment
 from workbench.sight.rays import first_hits
-from workbench.study.describe.at_controls import SeatFrame, Sitter, left_out, sitters_of, words_of
+from workbench.study.describe.at_controls import SeatFrame, Sitter, left_out, sitters_of
 from workbench.study.describe.people import PERSON
 from workbench.study.describe.standing_place import MAY_STEP, Standing, standing_places
 from workbench.study.feet_on_floor import BROAD
