@@ -73,9 +73,11 @@ def _headline(region: ControlRegion) -> str:
 
 def _from(region: ControlRegion) -> str:
     """Where people are for it: a run asks otherwise, for one position in which everything is met."""
-    if region.standing:
-        return "each from the place in the area that suits this control alone"
-    return "each from the most comfortable position of the seat"
+    return (
+        "each from the place in the area that suits this control alone"
+        if region.standing
+        else "each from the most comfortable position of the seat"
+    )
 
 
 def _first(name: str) -> str:
@@ -105,9 +107,11 @@ def _by_one_axis(region: ControlRegion) -> list[str]:
             if len(rows):
                 row = rows[np.argmin(np.abs(region.offset[rows, axis]))]
                 words.append(place_words(region.offset[row]))
-    if not words:
-        return ["No move along one axis alone will do."]
-    return [f"Moves along one axis that will do: {', '.join(words)}."]
+    return (
+        [f"Moves along one axis that will do: {', '.join(words)}."]
+        if words
+        else ["No move along one axis alone will do."]
+    )
 
 
 def _extent(region: ControlRegion) -> list[str]:
