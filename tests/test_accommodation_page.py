@@ -126,11 +126,20 @@ def test_the_terminal_says_once_that_no_single_requirement_lets_anybody_in():
     ]
 
 
-def test_it_is_said_that_a_seat_beyond_its_travel_may_meet_the_floor():
-    gain = Gain("letting the seat go 80 mm lower", "reach flaps", 0.08, 2.1, 0.6, 0.9, 0.4, 0.7)
+def test_it_is_said_what_a_longer_move_would_enter_and_what_is_not_proposed_for_that():
+    into = "letting the seat go 80 mm lower would put pan 18 mm into floor"
+    words = "letting the seat go 62 mm lower"
+    gain = Gain(words, "reach flaps", 0.062, 2.1, 0.6, 0.9, 0.4, 0.7, limit=into)
     found = made(trainer_people(10), [FLAPS], np.full((10, 1), -0.01), gains=[gain])
-    note = "Whether a seat beyond its travel meets the floor or other parts by itself was not looked at."
-    assert population_lines(found).count(note) == 1 and note in text_of(page_of(found))
+    found = replace(found, refused=("moving roof 9 mm up would put roof 9 mm into sky",))
+    lines = population_lines(found)
+    assert any(line.endswith(f" to 70 %. L{into[1:]}.") for line in lines)
+    (refused,) = (line for line in lines if line.startswith("Not proposed: moving roof 9 mm up"))
+    page = text_of(page_of(found))
+    assert refused in page and f"L{into[1:]}." in page and "not looked at" not in page
+    seats = tuple(replace(seat, moves=()) for seat in found.place.environment.seats)
+    still = replace(found.place, environment=replace(found.place.environment, seats=seats))
+    assert "was not looked at" in " ".join(population_lines(replace(found, place=still)))
 
 
 def test_who_misses_more_in_one_position_may_fit_in_another_without_it():

@@ -552,6 +552,29 @@ def test_a_lower_seat_is_proposed_to_those_whose_heads_are_too_near_to_the_roof(
     assert (lower.requirement, lower.joint_before, lower.joint_after) == ("head room", 0.125, 0.75)
 
 
+@pytest.mark.parametrize(
+    ("top", "lower", "refused"),
+    [
+        # the pan's bottom is at 200 mm, and 5 mm in another part are no overlap: 35 mm are free, of
+        # which 25 mm are enough for those who lack so little
+        (150, "46 mm", ""),
+        (170, "25 mm", "letting the seat go 46 mm lower would put pan 16 mm into floor"),
+        (200, "", "letting the seat go 46 mm lower would put pan 46 mm farther into floor"),
+    ],
+)
+def test_a_seat_is_proposed_to_go_no_lower_than_to_the_floor(tmp_path, capsys, top, lower, refused):
+    swap = of_figures(tmp_path) | {"at_least: 150": "at_least: 450"}
+    floor = {"floor": ([-500, -500, top - 50], [500, 500, top])}
+    path = write_toy(tmp_path, people=PEOPLE, swap=swap, boxes=floor)
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert (
+        f"Letting the seat go {lower} lower takes" in said if lower else "lower takes" not in said
+    )
+    assert refused in said.replace("Letting", "letting") and ("would put" in said) == bool(refused)
+    assert ("Not proposed: " in said) == (not lower)
+
+
 def test_a_part_that_is_looked_over_is_proposed_to_be_lowered_by_what_eyes_are_too_low(tmp_path):
     """The eyes that are lowest by less than 100 mm too low come to the line over the lowered panel."""
     asked = "{name: view, check: eye_height, below: 60, above: 60}"

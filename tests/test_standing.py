@@ -10,6 +10,7 @@ from tests.conftest import BOX, BOX_FACES
 from tests.crowds import crowd_of
 from workbench.errors import InputError
 from workbench.model.workplace import Stand
+from workbench.report.population.words import population_headline
 from workbench.study.checks.table import margins_of, most_of, same_everywhere
 from workbench.study.positions import comfortable_situations, in_positions
 
@@ -157,6 +158,29 @@ def test_a_move_is_proposed_that_lets_people_stand_where_they_gave_way_to_anothe
     assert not found.served.any() and (found.margin < -0.005).all()
     assert any(" and " not in one.words and one.joint_after > 0.4 for one in found.gains)
     assert not set(found.limiting) & {"hand_length", "acromial_height_sitting"}
+
+
+ENDS = [
+    ("far", ("{{forward: [-100, {}]}}", 280), 1, "front", "forward"),
+    ("aside", ("{{left: [{}, 300]}}", -60), -1, "right", "to the right"),
+]
+
+
+@pytest.mark.parametrize(("control", "area", "way", "end", "word"), ENDS)
+def test_an_end_of_the_area_that_keeps_people_out_is_named_and_its_going_on_proposed(
+    desk, control, area, way, end, word
+):
+    people = ", population: {source: ansur2, people: 3, seed: 1}"
+    text, at = area
+    found = answered(desk, controls=control, area=text.format(at), people=people).population
+    assert not found.served.any()
+    named = f"all 3 of them stand at the {end} end of the area in which they may step"
+    assert named in population_headline(found)
+    gain = next(one for one in found.gains if f"mm farther {word}" in one.words)
+    assert gain.words == f"letting people step {1000 * gain.move:.0f} mm farther {word}"
+    longer = text.format(at + way * round(1000 * gain.move))
+    again = answered(desk, controls=control, area=longer, people=people).population
+    assert 0 < gain.joint_after == pytest.approx(again.shares[0].share)
 
 
 def test_maps_and_envelopes_need_no_seat(desk):

@@ -55,10 +55,10 @@ __all__ = ["BOXES", "write_toy"]
 
 def write_toy(folder, *, knob=700, people=10, study=STUDY, **changes):
     """Write the cockpit and the study into a folder; returns the study's path. changes: text to put
-    for text."""
+    for text, and more boxes."""
     place = folder / "environments" / "toy"
     place.mkdir(parents=True, exist_ok=True)
-    (place / "toy.obj").write_text(_obj())
+    (place / "toy.obj").write_text(_obj(BOXES | changes.get("boxes", {})))
     (place / "environment.yaml").write_text(ENVIRONMENT.replace("KNOB", f"{knob:.4f}"))
     (folder / "studies").mkdir(exist_ok=True)
     text = study.replace("PEOPLE", str(people))
@@ -70,10 +70,10 @@ def write_toy(folder, *, knob=700, people=10, study=STUDY, **changes):
     return path
 
 
-def _obj():
+def _obj(boxes):
     lines = []
     count = 1
-    for name, (low, high) in BOXES.items():
+    for name, (low, high) in boxes.items():
         lines.append(f"o {name}")
         for x, y, z in BOX:
             corner = [a + t * (b - a) for a, b, t in zip(low, high, (x, y, z), strict=True)]

@@ -162,18 +162,18 @@ def run(
     quiet
         print nothing but warnings and errors: the exit code says whether all criteria hold
     """
-    from workbench.files.output_folder import check_folder
-    from workbench.files.study.reader import load_study
-    from workbench.report.folder import report_lines, write_report
-    from workbench.report.words import in_words
-    from workbench.study.run import check_run
-    from workbench.study.run import run as run_study
-
     kept: list[str] = []
     with Progress() as say:
+        say(f"reading {study}")  # before the imports, which take a second
+        from workbench.files.output_folder import check_folder
+        from workbench.files.study.reader import load_study
+        from workbench.report.folder import report_lines, write_report
+        from workbench.report.words import in_words
+        from workbench.study.run import check_run
+        from workbench.study.run import run as run_study
+
         if out is not None:
             check_folder(out, holds="result")  # before the work, not after it
-        say(f"reading {study}")
         loaded = load_study(study)
         check_run(loaded, cluster=cluster, film=film)
         folder = out or Path("out") / loaded.name

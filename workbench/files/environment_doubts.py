@@ -16,6 +16,7 @@ from workbench.errors import one_of
 from workbench.files.environment_own import grippable
 from workbench.files.schema import metres_in
 from workbench.files.seat_doubts import floor_doubts, place_of, rest_doubts, twice_doubts
+from workbench.geometry.entering import Entered, entered, travel_ways
 from workbench.geometry.ground import ground_of
 from workbench.geometry.polygon import point_winding
 from workbench.geometry.surfaces import surface_gap
@@ -69,6 +70,7 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
         *odd,
         *_seats_turned(environment),
         *_short_lengths(environment),
+        *_travels_blocked(environment),
         *_controls_away(environment),
         *_controls_on_nothing(environment),
         *_gripped_panels(environment),
@@ -224,6 +226,27 @@ def _short_lengths(environment: Environment) -> Iterator[Doubt]:
                 f"contact with part {part}",
                 f"part {part!r}: contact is allowed down to {1e3 * rule.depth:.2g} mm: a wrong "
                 f"unit of length?",
+            )
+
+
+def _travels_blocked(environment: Environment) -> Iterator[Doubt]:
+    """Seats whose parts enter others within their travel, deepest first."""
+    for seat in environment.seats:
+        worst: tuple[Entered, Floats] | None = None
+        ways = travel_ways(seat, ((0.0, 0.0),) * 2, (seat.travel_forward, seat.travel_up))
+        for start, by in ways:
+            found = entered(environment, seat.moves, by, start=start)
+            if found and (worst is None or found.depth > worst[0].depth):
+                worst = found, start + by
+        if worst is not None:
+            one, at = worst
+            forward = 1e3 * float(at[:2] @ (np.cos(seat.yaw), np.sin(seat.yaw)))
+            more = "farther " if one.touched else ""
+            yield Doubt(
+                f"travel of seat {seat.name}",
+                f"seat {seat.name!r}: {forward:.0f} mm forward and {1e3 * at[2]:.0f} mm up, which is "
+                f"in its travel, put {one.part!r} {1e3 * one.depth:.0f} mm {more}into {one.other!r}: "
+                f"is the travel right, or does {one.other!r} go along ('moves')?",
             )
 
 

@@ -134,7 +134,8 @@ class MapTask:
 @dataclass(frozen=True)
 class Change:
     """A change of the design: controls and parts moved, and the ends of the seat's travel moved:
-    lower and upper end of it, forward and up [m]."""
+    lower and upper end of it, forward and up [m]; of the area in which people step, forward and, as
+    `travel_up`, to the left."""
 
     words: str
     moves: tuple[Move, ...] = ()
@@ -143,7 +144,7 @@ class Change:
 
     @property
     def of_travel(self) -> bool:
-        """Whether an end of the seat's travel is moved."""
+        """Whether an end of the seat's travel, or of the area to step in, is moved."""
         return any((*self.travel_forward, *self.travel_up))
 
     @property
@@ -233,7 +234,7 @@ class Gain:
     a metre, and margin_rate: metres by which the margin grows with a metre, mean of those who do
     not meet the requirement, both at the design as it is; before, after: the share that meets the
     requirement without and with the change (run again); joint_before, joint_after: the share that
-    meets all.
+    meets all; limit: that it, or where it was cut down a longer move, would put a part into another one, "" where none is.
     """
 
     words: str
@@ -245,6 +246,7 @@ class Gain:
     joint_before: float
     joint_after: float
     margin_rate: float = math.nan
+    limit: str = ""
 
 
 @dataclass(frozen=True, eq=False)

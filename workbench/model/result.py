@@ -231,6 +231,12 @@ class PopulationFound:
         (R, 5) [m] margins at 1, 5, 50, 95 and 99 % of the (weighted) people.
     tried
         The changes that were tried.
+    refused
+        In words the changes that would gain and are not proposed, since they put a part into another
+        one.
+    ends
+        Of the area to step in, by what an end is called: (P,) who is left out, stands at it and would
+        miss less beyond it.
     grips
         Controls that nobody uses with the grip that is asked for, since they are flat.
     hardest, shown
@@ -276,6 +282,8 @@ class PopulationFound:
     beheld: tuple[Shown, ...] = ()
     overlaps: tuple[PeopleOverlap, ...] = ()
     grips: tuple[GripFinding, ...] = ()
+    refused: tuple[str, ...] = ()
+    ends: Mapping[str, Bools] = field(default_factory=dict)
     overlapping: Bools = field(kw_only=True)
     elsewhere: Bools = field(kw_only=True)
 

@@ -176,6 +176,11 @@ class Workplace:
         return (0.0, 0.0), (0.0, 0.0)
 
     @property
+    def goes(self) -> bool:
+        """Whether there are ends of a travel: of a seat, or of an area to step in."""
+        return self.own_seat is not None or (self.stand is not None and self.stand.steps)
+
+    @property
     def moving_parts(self) -> tuple[str, ...]:
         """The parts that move with the own seat."""
         seat = self.own_seat

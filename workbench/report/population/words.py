@@ -21,12 +21,13 @@ from workbench.model.accommodation import (
     met_of,
     most_missed,
 )
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.criterion import NO_REASON, Reason
 from workbench.model.population import MASS, SEXES
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import PopulationFound
 from workbench.model.units import UNITS, Unit, plain
+from workbench.report.control_region import ONE_PLACE
 from workbench.study.accommodation.grips import grip_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.view import TOO_HIGH, TOO_LOW
@@ -121,7 +122,7 @@ def _share_sentence(result: PopulationFound) -> str:
         who = "Nobody fits"
     stand = result.place.stand
     steps = stand is not None and stand.steps and len(result.requirements) > 1
-    interval += f", {count:,} people" + (", each from one place to stand for everything" * steps)
+    interval += f", {count:,} people" + (f", each from {ONE_PLACE}" * steps)
     fits = f"{who} ({interval}){_worst(result)}."
     if everybody.share <= _ALMOST_NOBODY:
         keeps = [] if first_found(result) else [_keeps_words(result)]
@@ -140,12 +141,27 @@ def _keeps_words(result: PopulationFound) -> str:
     alone = f"{_share(result, 1 - result.single[chief])} of the people do not meet"
     who = alone if met[:, chief].any() else "Nobody meets"
     reason = chief_reason(result, chief)
-    limited = f", limited most often by {reason}" if reason else ""
+    limited = ends_words(result, rows)
+    if not limited and reason:
+        limited = f", limited most often by {reason}"
     others = [r for r in np.flatnonzero(~met.any(axis=0)).tolist() if r != chief]
     nor = f" Nor does anybody meet {_listed(result, others, shares=False)}." if others else ""
     return (
         f"{who} “{plain(result.requirements[chief].name)}”: it is missed by {size}{limited}.{nor}"
     )
+
+
+def ends_words(result: PopulationFound, rows: Ints) -> str:
+    """ "; all 80 of them stand at the front end of the area in which they may step" of some people, "" where
+    less than half stand at an end beyond which they would miss less."""
+    count = {end: int(who[rows].sum()) for end, who in result.ends.items()}
+    end = max(count, key=lambda name: count[name], default="")
+    if not end or 2 * count[end] < len(rows):
+        return ""
+    who = f"{count[end]} of these {len(rows)} people stand"
+    if count[end] == len(rows):
+        who = f"all {count[end]} of them stand" if count[end] > 1 else "who misses it stands"
+    return f"; {who} at the {end} end of the area in which they may step, and would miss less beyond it"
 
 
 def _mends_words(result: PopulationFound) -> list[str]:
@@ -337,7 +353,8 @@ def _worst(result: PopulationFound) -> str:
         would = _share(result, result.without[worst])
         only = f"{only}, but without it {would} would fit in some other {_position_words(result)}"
     share = _share(result, out[worst])
-    return f"; missed most often is {name}, by {share} of the people ({only})"
+    ends = ends_words(result, np.flatnonzero(~met_of(result.margin[:, worst])))
+    return f"; missed most often is {name}, by {share} of the people ({only}){ends}"
 
 
 def elsewhere_words(result: PopulationFound) -> str:
@@ -439,6 +456,7 @@ def gain_sentence(gain: Gain, count: int) -> str:
     %." of so many people."""
     shares = (gain.before, gain.after, gain.joint_before, gain.joint_after)
     one, two, all_one, all_two = (percent_number(share, count) for share in shares)
+    limit = f" {capital(gain.limit)}." if gain.limit else ""
     joint = f"leaves all requirements together at {all_one} %"
     if all_one != all_two:
         joint = f"all requirements together from {all_one} to {all_two} %"
@@ -447,26 +465,40 @@ def gain_sentence(gain: Gain, count: int) -> str:
         own = f"leaves “{plain(gain.requirement)}” at {one} %" + (
             " and takes" if all_one != all_two else ""
         )
-        return (
-            f"{capital(plain(gain.words))} {own} {joint if all_one != all_two else 'and ' + joint}."
-        )
-    return f"{capital(plain(gain.words))} {own} and {joint}."
+        joint = joint if all_one != all_two else f"and {joint}"
+        return f"{capital(plain(gain.words))} {own} {joint}.{limit}"
+    return f"{capital(plain(gain.words))} {own} and {joint}.{limit}"
 
 
 def no_gain_words(result: PopulationFound) -> list[str]:
-    """That no proposal gains anything, where people are left out and no changes were asked for; what was
-    not looked at where a seat goes beyond its travel; else nothing."""
-    if any("letting the seat go" in one.words for one in result.gains):
-        return [
-            "Whether a seat beyond its travel meets the floor or other parts by itself was not looked at."
-        ]
+    """What would gain and is not proposed; that no proposal gains anything, where people are left out
+    and no changes were asked for; what was not looked at where a seat goes beyond its travel, or who
+    steps beyond the area."""
+    words = [f"Not proposed: {one}." for one in result.refused]
+    seat = result.place.own_seat
+    if any("letting the seat go" in one.words for one in result.gains) and not (
+        seat and seat.moves
+    ):
+        words.append(
+            "No part goes along with the seat (moves), so whether a seat beyond its travel meets the "
+            "floor or other parts was not looked at."
+        )
+    touches = any(one.check == "contact" for one in result.requirements)
+    if any("letting people step" in one.words for one in result.gains) and not touches:
+        words.append(
+            "No criterion asks for contact, so whether somebody beyond the area touches anything was "
+            "not looked at."
+        )
     if result.gains or result.served.all() or result.study.changes:
-        return []
-    sits = result.place.seat is not None
-    what = "a control, a part or an end of the seat's travel" if sits else "a control or a part"
+        return words
+    what = "a control or a part"
+    if result.place.goes:
+        end = "the area to step in" if result.place.seat is None else "the seat's travel"
+        what = f"a control, a part or an end of {end}"
     return [
-        f"No straight move of {what}, up to 100 mm, nor two of them together, was found that lets "
-        "more people meet all requirements together."
+        *words,
+        f"No {'other ' if words else ''}straight move of {what}, up to 100 mm, nor two of them together, was found that lets "
+        "more people meet all requirements together.",
     ]
 
 

@@ -23,7 +23,7 @@ from workbench.model.study import Role, Study
 from workbench.model.units import plain
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
-from workbench.study.accommodation.gains import MOST_TRIES, gains_of
+from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
 from workbench.study.accommodation.hardest import (
     beheld_people,
@@ -38,6 +38,7 @@ from workbench.study.accommodation.population_bodies import (
     PopulationBodies,
     fit_population,
 )
+from workbench.study.accommodation.proposals import kept_by_ends
 from workbench.study.accommodation.shares import (
     group_shares,
     missed_only,
@@ -50,7 +51,7 @@ from workbench.study.checks.score import assumed_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.sight_rules import source_of
 from workbench.study.kept_reaches import kept_by_parts, kept_words
-from workbench.study.passes import ASKING, BODIES, CHANGE, LAST, MAP, Passes
+from workbench.study.passes import ASKING, BODIES, CHANGE, LAST, MAP, USUAL_CHANGES, Passes
 from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
 from workbench.study.warnings import (
@@ -105,7 +106,7 @@ def accommodation(
     role = _crowd(study)[1]
     body = morph_to(role.body, role.detail)
     sits = role.seat is not None
-    changes = [CHANGE] * (len(study.changes) or MOST_TRIES)
+    changes = [CHANGE] * (len(study.changes) or USUAL_CHANGES)
     passes = Passes(say, [BODIES, ASKING, *changes, *[MAP] * len(study.reach_maps), LAST])
     fitting = passes.begin(BODIES, "fitting bodies")
     bodies = fit_population(
@@ -117,10 +118,8 @@ def accommodation(
     met = met_of(found.margin)
     checks = [one.requirement.check for one in asked]
     hardest = hardest_rows(found.margin, people.weight, checks=checks)
-    gains = tuple(
-        gains_of(
-            question, study.changes, bodies, found, keep=keep, passes=passes, executor=executor
-        )
+    gains = gains_of(
+        question, study.changes, bodies, found, keep=keep, passes=passes, executor=executor
     )
     maps = tuple(people_maps(question, study.reach_maps, bodies, passes=passes, executor=executor))
     grips = tuple(grip_findings(question, bodies, found))
@@ -150,7 +149,9 @@ def accommodation(
         only=missed_only(met, people.weight),
         spread=spread_of(found.margin, people.weight),
         hardest=tuple(hardest),
-        tried=gains,
+        tried=gains.tried,
+        refused=gains.refused,
+        ends=kept_by_ends(question, found),
         maps=maps,
         grips=grips,
         warnings=(

@@ -3,9 +3,9 @@ confirmed by a run with the change made."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,13 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.criterion import NO_REASON
 from workbench.model.result import ChangedPerson, TriedChange
 from workbench.model.surroundings import moved_controls
-from workbench.study.accommodation.changes import borne_by, changed, moved_parts
+from workbench.study.accommodation.changes import (
+    borne_by,
+    changed,
+    enters,
+    enters_words,
+    moved_parts,
+)
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.hardest import found_situations, shown_people
 from workbench.study.accommodation.population_bodies import PopulationBodies
@@ -27,7 +33,7 @@ from workbench.study.positions import WITHIN_NEIGHBOURS, Before
 from workbench.study.settings import nominal_setting, renewed
 from workbench.study.situation import with_clear_legs
 
-__all__ = ["MOST_GAINS", "MOST_TRIES", "changed_question", "gains_of"]
+__all__ = ["MOST_GAINS", "Gains", "changed_question", "gains_of"]
 
 MOST_GAINS = 3
 MOST_TRIES = 5
@@ -41,6 +47,15 @@ NEAR = 5e-3
 """Half the move [m] over which the rate of a gain is taken."""
 
 
+@dataclass(frozen=True, eq=False)
+class Gains:
+    """Changes that were tried, and in words those that are not proposed since they would put a part
+    into another one."""
+
+    tried: tuple[TriedChange, ...]
+    refused: tuple[str, ...] = ()
+
+
 def gains_of(
     question: Question,
     changes: Sequence[Change],
@@ -50,33 +65,43 @@ def gains_of(
     keep: Path | None,
     passes: Passes,
     executor: Executor | None = None,
-) -> Iterator[TriedChange]:
+) -> Gains:
     """The gains of changes that are asked for, or else of proposals that let more people meet
     everything; where nobody does without and with them, that let more meet what they are proposed for."""
 
-    def tried(change: Change, at: int | None, other: Question) -> TriedChange:
+    def tried(change: Change, at: int | None, other: Question, limit: str) -> TriedChange:
         tell = passes.begin(CHANGE, f"trying {change.words}")
         then = joined_chunks(result_chunks(other, bodies, keep=keep, tell=tell, executor=executor))
         rows = borne_by(question.place, question.asked, change) if at is None else at
-        gain = _compared(question, found, then.margin, change, rows)
+        gain = replace(_compared(question, found, then.margin, change, rows), limit=limit)
         both = ((question, found), (other, then))
         return _with_person(gain, both, bodies)
 
+    asked = []
+    for one in changes:
+        into = enters(question.place, one)
+        limit = "" if into is None else enters_words("it", into)
+        asked.append(tried(one, None, changed_question(question, found, one), limit))
     if changes:
-        yield from (tried(one, None, changed_question(question, found, one)) for one in changes)
-        return
-    good = 0
-    for count, (change, at, served) in enumerate(proposals(question, bodies, found), 1):
+        return Gains(tuple(asked))
+    good: list[TriedChange] = []
+    refused: list[str] = []
+    count = 0
+    for proposal in proposals(question, bodies, found):
+        if (change := proposal.change) is None:
+            refused.append(proposal.limit)
+            continue
+        count += 1
         other = changed_question(question, found, change)
-        if _holds(question, other, bodies, found, served):
-            one = tried(change, at, other)
-            gain = one.gain
+        if _holds(question, other, bodies, found, proposal.served):
+            made = tried(change, proposal.requirement, other, proposal.limit)
+            gain = made.gain
             fewer = gain.joint_after == 0.0 and gain.after > gain.before + 1e-12
             if gain.joint_after > gain.joint_before + 1e-12 or (fewer and gain.joint_before == 0.0):
-                good += 1
-                yield one
-        if good == MOST_GAINS or count == MOST_TRIES:
-            return
+                good.append(made)
+        if len(good) == MOST_GAINS or count == MOST_TRIES:
+            break
+    return Gains(tuple(good), tuple(refused[:MOST_GAINS]))
 
 
 def _holds(

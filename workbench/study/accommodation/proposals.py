@@ -3,18 +3,20 @@
 Moving a control toward a person's shoulder lets the margin grow as much as the way gets shorter; so
 does a part that is moved away from the sphere it is nearest to. A seat that goes beyond the end of
 its travel carries along who sits at that end: what they reach for comes nearer as if it were moved
-the other way. So the margins say, to first order, who would meet what with a change made. What it
+the other way. So does a step beyond the area in which people may step. So the margins say, to first order, who would meet what with a change made. What it
 really gains is what a run with it says (see gains).
 
 1. For each requirement that somebody misses, the straight moves of its control or parts are looked
-   at; for the sitters' own seat, each end of its travel. Who may sit or stand elsewhere is looked at in
+   at; for the sitters' own seat, each end of its travel; of an area to step in, each of its ends. Who may sit or stand elsewhere is looked at in
    each place that was judged: a move there lets somebody fit who has given way in all the others.
 2. Of each, the shortest move is taken that gains nearly as much as the best one does.
 3. Two of them together are looked at where people are left out whom neither helps alone.
+4. A move that would put a part into another one is cut down to the longest that does not.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -23,17 +25,17 @@ import numpy as np
 
 from workbench.model.accommodation import Change, met_of
 from workbench.model.arrays import Bools, Floats, Ints, xyz
-from workbench.model.environment import Seat
 from workbench.model.surroundings import Move, moved_controls, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.seating import leftward
+from workbench.study.accommodation.changes import enters, enters_words
 from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.shares import share_single, share_without
 from workbench.study.accommodation.sight_moves import SightMoves
 from workbench.study.checks.view import TOO_LOW
 
-__all__ = ["MOST_MOVE", "growth", "proposals", "shortest"]
+__all__ = ["MOST_MOVE", "Proposal", "growth", "kept_by_ends", "proposals", "shortest"]
 
 MOST_MOVE = 0.1
 """The longest move [m] that is looked at."""
@@ -59,11 +61,21 @@ _ENDS = (
     ("travel_up", 1, "higher"),
 )
 """The ends of the seat's travel: which travel, outward, and what going beyond it is called."""
+_OF_AREA = {
+    "farther back": ("farther back", "rear"),
+    "farther forward": ("farther forward", "front"),
+    "lower": ("farther to the right", "right"),
+    "higher": ("farther to the left", "left"),
+}
+"""The same of an area to step in: what going beyond an end is called, and the end."""
+KEEPS = 0.2
+"""An end keeps somebody from what is missed where its margin grows by so much with a metre beyond."""
 _DEGREES = 100.0
 """What is turned turns by so many degrees where something else would move by a metre."""
 _ASIDE = 0.7
 """Sine of the angle between where a mirror looks and a side to which it may look farther, at least."""
 _SEAT_WORDS = "letting the seat go "
+_STEP_WORDS = "letting people step "
 MOST_NAMED = 3
 """Parts that are moved together, at most: more have no name in a sentence."""
 _OF_PARTS = ("clearance", "contact", "view_over", "over_nose")
@@ -99,25 +111,33 @@ class _Way:
 
 
 @dataclass(frozen=True, eq=False)
-class _Candidate:
-    """A change, the number of the requirement that it is for, the share that would meet everything,
-    and who would (P,)."""
+class Proposal:
+    """A change that lets more people meet everything, as far as the margins say.
 
-    change: Change
+    Parameters
+    ----------
+    change
+        None where every move that would gain anything puts a part into another one.
+    requirement
+        The number of the one that it is for.
+    share, served
+        The share that would meet everything, and who would (P,).
+    limit
+        That a longer move would put a part into another one; "" where it is not cut down.
+    """
+
+    change: Change | None
     requirement: int
     share: float
     served: Bools
+    limit: str
 
 
-def proposals(
-    question: Question, bodies: PopulationBodies, found: Chunk
-) -> Iterator[tuple[Change, int, Bools]]:
-    """Changes that let more people meet everything, as far as the margins say, with the number of
-    the requirement each is for and who would (P,): first those that let most people meet
-    everything."""
+def proposals(question: Question, bodies: PopulationBodies, found: Chunk) -> Iterator[Proposal]:
+    """Changes that let more people meet everything, as far as the margins say: first those that let
+    most people meet everything."""
     met = met_of(found.margin)
     weight = question.people.weight
-    now = float(weight @ met.all(axis=1) / weight.sum())
     without = share_without(found.sets[:, : len(question.asked)], weight)
     single = share_single(met, weight)
     missed = [r for r in np.lexsort((single, -without)).tolist() if single[r] < 1.0]
@@ -127,7 +147,7 @@ def proposals(
     best = [
         one
         for ways in (*things, *seen, *([way] for way in seat))
-        if (one := _single(found, ways, weight, now)) is not None
+        if (one := _single(question.place, found, ways, weight)) is not None
     ]
     helpful = [
         _most_helpful(found, ways, r, weight) for ways, r in zip(things, missed, strict=True)
@@ -136,12 +156,11 @@ def proposals(
     pairs = [
         one
         for two in combinations([*_each_once(paired)[:MOST_PAIRED], *seat], 2)
-        if (one := _pair(found, two, weight)) is not None
+        if (one := _pair(question.place, found, two, weight)) is not None
     ]
     pairs.sort(key=lambda one: -one.share)
-    once = {one.change: one for one in (*best, *pairs[:MOST_PAIRS])}
-    for one in sorted(once.values(), key=lambda one: -one.share):
-        yield one.change, one.requirement, one.served
+    once = {one.change or one.limit: one for one in (*best, *pairs[:MOST_PAIRS])}
+    yield from sorted(once.values(), key=lambda one: -one.share)
 
 
 def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
@@ -246,11 +265,10 @@ def _sight_ways(question: Question, moves: SightMoves, found: Chunk) -> Iterator
             yield ways
     seat = question.place.own_seat
     for travel, outward, words in _ENDS if seat is not None and len(moves.people) else ():
-        assert seat is not None
         along = travel == "travel_forward"
-        at_end = np.flatnonzero(_at_end(seat, found.seat, travel, outward))
+        at_end = np.flatnonzero(_at_end(question.place, found.seat, travel, outward))
         slope = moves.of_seat(outward * np.array([along, not along], dtype=np.float64), at_end)
-        yield [_seat_way(travel, outward, words, slope)] if slope.any() else []
+        yield [_seat_way(question.place, travel, outward, words, slope)] if slope.any() else []
 
 
 def _turns(name: str, mirror: Move, normal: Floats, axes: Mapping[str, Floats]) -> dict[str, Move]:
@@ -280,9 +298,9 @@ def _axes(place: Workplace) -> dict[str, Floats]:
 
 
 def _seat_ways(question: Question, found: Chunk) -> list[_Way]:
-    """Going on beyond each end of the travel of the sitters' own seat; none where nobody sits
-    there who would gain by it."""
-    if question.place.own_seat is None:
+    """Going on beyond each end of the travel of the sitters' own seat, or of the area to step in; none
+    where nobody is there who would gain by it."""
+    if not question.place.goes:
         return []
     missed = ~met_of(found.margin)
     ways = []
@@ -290,35 +308,56 @@ def _seat_ways(question: Question, found: Chunk) -> list[_Way]:
         slope = _seat_slope(question, found, travel, outward)
         if not (missed & (slope > 0)).any():
             continue
-        ways.append(_seat_way(travel, outward, words, slope))
+        ways.append(_seat_way(question.place, travel, outward, words, slope))
     return ways
 
 
-def _seat_way(travel: str, outward: int, words: str, slope: Floats) -> _Way:
-    """Going on beyond an end of the seat's travel."""
+def _seat_way(place: Workplace, travel: str, outward: int, words: str, slope: Floats) -> _Way:
+    """Going on beyond an end of the seat's travel, or of the area to step in."""
     ends = (0.0, 1.0) if outward > 0 else (-1.0, 0.0)
     along = travel == "travel_forward"
     change = Change("", travel_forward=ends) if along else Change("", travel_up=ends)
     rows = tuple(range(slope.shape[1]))
+    if place.own_seat is None:
+        said = f"{_STEP_WORDS}{{}} {_OF_AREA[words][0]}"
+        return _Way("area", said, rows, slope, change, True)
     return _Way("seat", f"{_SEAT_WORDS}{{}} {words}", rows, slope, change, True)
 
 
-def _at_end(seat: Seat, positions: Floats, travel: str, outward: int) -> Bools:
-    """(P,) who sits at an end of a seat's travel, by positions (P, 2) [m]."""
-    end = getattr(seat, travel)[int(outward > 0)]
-    return np.asarray(np.abs(positions[:, int(travel != "travel_forward")] - end) < STEP)
+def _at_end(place: Workplace, positions: Floats, travel: str, outward: int) -> Bools:
+    """(P,) who is at an end of the travel of a seat or an area, by positions (P, 2) [m]. Where an area
+    does not go at all it has no end."""
+    axis = int(travel != "travel_forward")
+    ends = place.travel[axis]
+    there = place.own_seat is not None or ends[0] < ends[1]
+    return np.asarray(there & (np.abs(positions[:, axis] - ends[int(outward > 0)]) < STEP))
+
+
+def kept_by_ends(question: Question, found: Chunk) -> dict[str, Bools]:
+    """Who (P,) of those left out stands at an end of the area to step in, beyond which the worst missed
+    requirement would be missed by less, by what the end is called; nobody where nobody steps."""
+    at = np.nan_to_num(found.margin, nan=np.inf).argmin(axis=1)[:, None]
+    left_out = ~met_of(found.margin).all(axis=1)
+    kept = {}
+    for travel, outward, words in _ENDS if question.place.own_seat is None else ():
+        slope = np.take_along_axis(_seat_slope(question, found, travel, outward), at, axis=1)
+        who = left_out & (slope[:, 0] > KEEPS)
+        if who.any():
+            kept[_OF_AREA[words][1]] = who
+    return kept
 
 
 def _seat_slope(question: Question, found: Chunk, travel: str, outward: int) -> Floats:
     """(P, R) by how much the margins of those who sit at an end of the seat's travel grow with a
     metre beyond it: 0 of everybody else, and of what is not known."""
-    seat = question.place.own_seat
-    if seat is None:
+    place = question.place
+    if not place.goes:
         return np.zeros(found.margin.shape)
     along = travel == "travel_forward"
-    at_end = _at_end(seat, found.seat, travel, outward)
-    wanted = _at_end(seat, found.comfortable, travel, outward)
-    way = outward * _axes(question.place)["forward" if along else "up"]
+    at_end = _at_end(place, found.seat, travel, outward)
+    wanted = _at_end(place, found.comfortable, travel, outward)
+    second = "up" if place.own_seat is not None else "to the left"
+    way = outward * _axes(place)["forward" if along else second]
     missed = ~met_of(found.margin)
     slope = np.zeros(found.margin.shape)
     for r, one in enumerate(question.asked):
@@ -327,7 +366,7 @@ def _seat_slope(question: Question, found: Chunk, travel: str, outward: int) -> 
             slope[:, r] = -np.nan_to_num(found.toward[:, r] @ way)
         elif check in ("pedals", "preferred_seat") and along:
             slope[:, r] = missed[:, r]
-        elif check in ("eye_height", "view_over") and not along:
+        elif check in ("eye_height", "view_over") and second == "up" and not along:
             low = np.array([k >= 0 and found.words[k] == TOO_LOW for k in found.reason[:, r]])
             # who meets it and sits at the end would sit farther for the eyes' sake
             slope[:, r] = np.where(missed[:, r], np.where(low, outward, -outward), wanted * 2.0 - 1)
@@ -378,20 +417,34 @@ def _in_places(found: Chunk) -> tuple[Floats, Ints]:
     return np.concatenate([found.margin, there]), person
 
 
-def _single(found: Chunk, ways: Sequence[_Way], weight: Floats, now: float) -> _Candidate | None:
-    """The shortest move along one of some ways that gains about as much as the best."""
+def _single(
+    place: Workplace, found: Chunk, ways: Sequence[_Way], weight: Floats
+) -> Proposal | None:
+    """The shortest move along one of some ways that gains about as much as the best, of those that put
+    no part into another one."""
     if not ways:
         return None
     steps = STEP * np.arange(round(MOST_MOVE / STEP) + 1, dtype=np.float64)
-    served = [_served(found, [way], [steps])[1:] for way in ways]
+    served = [_served(found, [way], [steps]) for way in ways]
     shares = np.stack([one @ weight / weight.sum() for one in served], axis=1)
-    m = shortest(shares.max(axis=1), now)
-    if m is None:
-        return None
-    k = int(np.argmax(shares[m]))
-    amount = float(steps[m + 1])
-    r = _most_met(found, [ways[k]], [amount], weight)
-    return _Candidate(ways[k].by(amount), r, float(shares[m, k]), served[k][m])
+    now = float(shares[0, 0])
+    refused: Proposal | None = None
+    while (m := shortest(shares.max(axis=1), now)) is not None:
+        k = int(np.argmax(shares[m]))
+        change = ways[k].by(float(steps[m]))
+        r = _most_met(found, [ways[k]], [float(steps[m])], weight)
+        into = enters(place, change)
+        one = Proposal(change, r, float(shares[m, k]), served[k][m], "")
+        if into is None:
+            return replace(one, limit=refused.limit) if refused else one
+        refused = refused or replace(one, change=None, limit=enters_words(change.words, into))
+        shares[_free(place, ways[k], steps[: m + 1]) :, k] = now
+    return refused
+
+
+def _free(place: Workplace, way: _Way, steps: Floats) -> int:
+    """The first of some rising amounts [m] of a way by which a part is put into another one."""
+    return bisect_left(steps, True, key=lambda amount: enters(place, way.by(amount)) is not None)
 
 
 def _most_met(found: Chunk, ways: Sequence[_Way], amounts: Sequence[float], weight: Floats) -> int:
@@ -421,39 +474,47 @@ def _each_once(ways: Sequence[_Way]) -> list[_Way]:
     return list({way.thing: way for way in reversed(ways)}.values())[::-1]
 
 
-def _pair(found: Chunk, two: Sequence[_Way], weight: Floats) -> _Candidate | None:
-    """The shortest two moves together that gain about as much as the best two; None where few of
-    those who gain need both."""
+def _pair(place: Workplace, found: Chunk, two: Sequence[_Way], weight: Floats) -> Proposal | None:
+    """The shortest two moves together that gain about as much as the best two, of those that put no
+    part into another one; None where few of those who gain need both."""
     steps = PAIR_STEP * np.arange(round(MOST_MOVE / PAIR_STEP) + 1, dtype=np.float64)
     served = _served(found, two, [steps, steps])
     alone = served[:, 0].any(axis=0) | served[0].any(axis=0)
     shares = served @ weight / weight.sum()
     now = float(shares[0, 0])
-    best = float(shares.max())
-    if best <= now + 1e-9:
-        return None
-    enough = shares >= now + ENOUGH * (best - now) - 1e-12
-    length = np.where(enough, steps[:, None] + steps[None, :], np.inf)
-    m, k = (int(at) for at in np.unravel_index(np.argmin(length), length.shape))
-    both = float(weight @ (served[m, k] & ~alone) / weight.sum())
-    if both < NEEDED * (float(shares[m, k]) - now) or both <= 0.0:
-        return None
-    amounts = [float(steps[m]), float(steps[k])]
-    one, other = (way.by(amount) for way, amount in zip(two, amounts, strict=True))
-    together = Change(
-        _together(one.words, other.words),
-        (*one.moves, *other.moves),
-        _sum(one.travel_forward, other.travel_forward),
-        _sum(one.travel_up, other.travel_up),
-    )
-    r = _most_met(found, two, amounts, weight)
-    return _Candidate(together, r, float(shares[m, k]), served[m, k])
+    long = (steps[:, None] + steps[None, :]).ravel()
+    limit = ""
+    order = np.argsort(long, kind="stable")
+    while (first := shortest(shares.ravel()[order], now)) is not None:
+        m, k = (int(at) for at in np.unravel_index(order[first], shares.shape))
+        both = float(weight @ (served[m, k] & ~alone) / weight.sum())
+        if both < NEEDED * (float(shares[m, k]) - now) or both <= 0.0:
+            return None
+        amounts = [float(steps[m]), float(steps[k])]
+        one, other = (way.by(amount) for way, amount in zip(two, amounts, strict=True))
+        together = Change(
+            _together(one.words, other.words),
+            (*one.moves, *other.moves),
+            _sum(one.travel_forward, other.travel_forward),
+            _sum(one.travel_up, other.travel_up),
+        )
+        into = enters(place, together)
+        if into is None:
+            r = _most_met(found, two, amounts, weight)
+            return Proposal(together, r, float(shares[m, k]), served[m, k], limit)
+        limit = limit or enters_words(together.words, into)
+        shares[_free(place, two[0], steps[: m + 1]) :] = now
+        shares[:, _free(place, two[1], steps[: k + 1]) :] = now
+        shares[m:, k:] = now
+    return None
 
 
 def _together(one: str, other: str) -> str:
-    """ "moving knob 20 mm aft and letting the seat go 10 mm higher"; the seat is named once."""
-    if one.startswith(_SEAT_WORDS):
-        other = other.removeprefix(_SEAT_WORDS)
+    """ "moving knob 20 mm aft and letting the seat go 10 mm higher"; the seat, or who steps, is named
+    once."""
+    for words in (_SEAT_WORDS, _STEP_WORDS):
+        if one.startswith(words):
+            other = other.removeprefix(words)
     return f"{one} and {other}"
 
 

@@ -18,6 +18,7 @@ from workbench.study.bench.holding import HELD_WITHIN, limbs_off, nearest_contro
 from workbench.study.bench.placing import (
     PlacedPerson,
     Placement,
+    controls_there,
     placed_environment,
     placed_people,
 )
@@ -205,8 +206,9 @@ def _around(opened: OpenStudy, placement: Placement, row: int, limbs: Iterable[s
     left = {one.limb: one.control for one in limbs_off(opened, placement, row, limbs)}
     controls: dict[str, str] = {}
     there = placement.people[row]
+    around = controls_there(opened, environment, row, there.shift)
     for name in limbs:
-        control, distance = nearest_control(there, name, environment.controls)
+        control, distance = nearest_control(there, name, around)
         if name in left or distance <= (POINT_WITHIN if name in FEET else HELD_WITHIN):
             controls[name] = left.get(name, control)
     library = opened.study.roles[row].library

@@ -264,18 +264,19 @@ def _asked(
 ) -> Iterator[_Row]:
     """What is asked of everybody, and of each by where he is."""
     contact = {"name": "nobody is in the structure", "check": "contact"}
-    if people:
-        note = "assumed: flesh, sleeves and soles give way by so much"
-        yield _Row({**contact, "at_most": GIVES}, note)
-    else:
-        yield _Row(contact)
+    gives = {"at_most": GIVES} if people else {}
+    yield _Row(
+        contact | gives, "assumed: flesh, sleeves and soles give way by so much" * bool(people)
+    )
     note = "forearms, hands, shanks and feet: folds of trunk, shoulders and hips are no fault"
     limbs = LIMBS
     if not sitters:  # arms hang as the posture has them, beside hips of any breadth
         note = "shanks and feet: arms that hang at rest give way, folds are no fault"
         limbs = SHANKS
+    if people:
+        note += "; assumed: where two limbs lie on one another, the flesh of both gives way"
     own = {"name": "no one overlaps himself", "check": "self_contact", "segments": limbs}
-    yield _Row(own, note)
+    yield _Row(own | {key: 2 * most for key, most in gives.items()}, note)
     several = len(sitters) + len(stands) > 1
     for role, sitter in sitters.items():
         for row in _asked_in_seat(sitter, around_each[role], people):
