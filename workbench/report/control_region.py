@@ -121,9 +121,11 @@ def _by_one_axis(region: ControlRegion) -> list[str]:
             if len(rows):
                 row = rows[np.argmin(np.abs(region.offset[rows, axis]))]
                 words.append(place_words(region.offset[row]))
-    if not words:
-        return ["No move along one axis alone will do."]
-    return [f"Moves along one axis that will do: {', '.join(words)}."]
+    return (
+        [f"Moves along one axis that will do: {', '.join(words)}."]
+        if words
+        else ["No move along one axis alone will do."]
+    )
 
 
 def _extent(region: ControlRegion) -> list[str]:

@@ -111,9 +111,11 @@ def measured_words(verdict: VerdictRow) -> str:
         return f"{value} {'deep' if worst.value < 0 else 'apart'}"
     if verdict.check in _REACHED:
         return f"{value} short" if worst.value < 0 else "reached"
-    if verdict.check == "stops":
-        return f"{value} {'past the stop' if worst.value < 0 else 'from the stop'}"
-    return _figure(worst.value, worst, worst.limit, known)
+    return (
+        f"{value} {'past the stop' if worst.value < 0 else 'from the stop'}"
+        if verdict.check == "stops"
+        else _figure(worst.value, worst, worst.limit, known)
+    )
 
 
 def asked_words(verdict: VerdictRow) -> str:

@@ -14,7 +14,7 @@ from workbench.model.environment import Environment
 from workbench.model.result import PersonFound, PosturesFound, Result, Verdict
 from workbench.model.units import UNITS, tenths
 from workbench.report.motions.words import differs_words, motion_scope
-from workbench.report.population.words import population_headline
+from workbench.report.population.words import capital, population_headline
 from workbench.report.words import (
     finding_words,
     in_words,
@@ -42,7 +42,7 @@ _OF_THE_BODY = ("self_contact", "stops")
 def headline(result: Result) -> str:
     """The whole result in three sentences, of a population besides what its own headline says."""
     lost = lost_seats(result.study.environment, result.study.roles).values()
-    words = [_capital(doubt.words) + "." * (not doubt.words.endswith("?")) for doubt in lost]
+    words = [capital(doubt.words) + "." * (not doubt.words.endswith("?")) for doubt in lost]
     if lost:
         words.append("Mend this first: all else is of people who are not on that seat.")
     shares = [verdict for verdict in result.verdicts if verdict.share is not None]
@@ -52,7 +52,7 @@ def headline(result: Result) -> str:
     if result.population is not None:
         words.append(population_headline(result.population))
     if shares:
-        words.append(f"{_capital(outcome_words(shares))}.")
+        words.append(f"{capital(outcome_words(shares))}.")
     if result.postures:
         words += _kept(result.postures)
         words.append(f"{_scope(result.postures)}: {_outcome(result.postures, of_postures)}.")
@@ -73,7 +73,7 @@ def _kept(postures: Sequence[PosturesFound]) -> list[str]:
         for one in postures
         for words in kept_words(kept_of_people(one.environment, one.study.criteria, one.reaches))
     }
-    return [f"{_capital(words)}." for words in found]
+    return [f"{capital(words)}." for words in found]
 
 
 def _scope(postures: Sequence[PosturesFound]) -> str:
@@ -83,7 +83,7 @@ def _scope(postures: Sequence[PosturesFound]) -> str:
     cases = len(found.cases)
     who = f"{people} {'people' if people > 1 else 'person'}"
     if found.study.crowd is not None:  # those beside a population are not its people
-        who = _capital(found.who)
+        who = capital(found.who)
     if len(postures) > 1:
         who += f", {len(postures)} sizes,"
     return f"{who} in {cases} case{'s' if cases > 1 else ''}"
@@ -94,9 +94,9 @@ def _motions(result: Result, verdicts: Sequence[Verdict]) -> list[str]:
     if len(result.motions) == 1:
         return [f"{motion_scope(result.motions[0])}: {outcome_words(verdicts)}."]
     differs = differs_words(verdicts, [motion.study.name for motion in result.motions])
-    said = [f"{_capital(differs)}."]
+    said = [f"{capital(differs)}."]
     if decisive := deciding(verdicts):
-        nearest = _capital(_nearest_words(decisive, verdicts))
+        nearest = capital(_nearest_words(decisive, verdicts))
         lead = nearest if decisive.passed else "The worst"
         said.append(f"{lead} is “{decisive.criterion.name}”: {_verdict_words(decisive)}.")
     return said
@@ -123,8 +123,10 @@ def _nearest_words(decisive: Verdict, verdicts: Sequence[Verdict]) -> str:
     aside = [one for one in verdicts if one.worst and (_of_the_body(one) or _held(one))]
     if all(_margin(one) >= _margin(decisive) for one in aside):
         return "nearest to its limit"
-    own = "allowed contacts and the body's own overlaps and joint stops"
-    return f"nearest to its limit, apart from {own},"
+    return (
+        "nearest to its limit, apart from allowed contacts and the body's own overlaps and joint "
+        "stops,"
+    )
 
 
 def _of_the_body(verdict: Verdict) -> bool:
@@ -215,9 +217,11 @@ def _outcome(postures: Sequence[PosturesFound], verdicts: Sequence[Verdict]) -> 
     if len(short) == 1:
         missed = "one aim of the predicted postures is missed"
     missed += f": {worst.words} ({_named(row, worst.case, worst.person)})"
-    if all(verdict.passed for verdict in verdicts):
-        return f"{_counted(verdicts)}, but {missed}"
-    return f"{outcome_words(verdicts)}; and {missed}"
+    return (
+        f"{_counted(verdicts)}, but {missed}"
+        if all(verdict.passed for verdict in verdicts)
+        else f"{outcome_words(verdicts)}; and {missed}"
+    )
 
 
 def _least(found: Iterator[tuple[float, str]], sentence: str) -> list[str]:
@@ -282,7 +286,3 @@ def _overlaps(result: Result) -> Iterator[tuple[float, str]]:
         for meeting in unasked_meetings(motion.study.criteria, motion.meetings)[:1]:
             where = _named(motion.study.name, milliseconds(meeting.deepest))
             yield meeting.depth - meeting.allowed, _placed(meeting_words(meeting), where)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

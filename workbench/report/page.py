@@ -126,9 +126,7 @@ def _share(result: Result, rows: ResultFile) -> str:
 
 def _environment(result: Result) -> Environment:
     """The environment as it was checked: belts are parts of it."""
-    if result.motions:
-        return result.motions[0].study.environment
-    return result.study.environment
+    return result.motions[0].study.environment if result.motions else result.study.environment
 
 
 def _people(result: Result, rows: ResultFile) -> list[str]:

@@ -127,9 +127,11 @@ def _seated_words(finding: Finding) -> str:
 
 
 def _reach_words(finding: Finding) -> str:
-    if finding.value >= 0:
-        return f"{finding.subject} reaches {finding.target}, {reach_spare(finding.value)} to spare"
-    return f"{finding.subject} stays {millimetres(-finding.value)} short of {finding.target}"
+    return (
+        f"{finding.subject} reaches {finding.target}, {reach_spare(finding.value)} to spare"
+        if finding.value >= 0
+        else f"{finding.subject} stays {millimetres(-finding.value)} short of {finding.target}"
+    )
 
 
 def reach_spare(spare: float) -> str:
@@ -158,9 +160,11 @@ def _injury_words(finding: Finding) -> str:
 
 
 def _pedal_words(finding: Finding) -> str:
-    if finding.value >= finding.limit:
-        return f"{finding.subject} is on {finding.target}"
-    return f"{finding.subject} stays {millimetres(-finding.value)} short of {finding.target}"
+    return (
+        f"{finding.subject} is on {finding.target}"
+        if finding.value >= finding.limit
+        else f"{finding.subject} stays {millimetres(-finding.value)} short of {finding.target}"
+    )
 
 
 def _seat_words(finding: Finding) -> str:
@@ -229,9 +233,11 @@ def _share_against(finding: Finding) -> str:
     """ ", 5.3 points more than the 90 % asked for"."""
     way = "more" if finding.margin >= 0 else "less"
     asked = f"{100 * finding.limit:g} % asked for"
-    if abs(finding.margin) < 5e-4:
-        return f", the {asked}"
-    return f", {100 * abs(finding.margin):.1f} points {way} than the {asked}"
+    return (
+        f", the {asked}"
+        if abs(finding.margin) < 5e-4
+        else f", {100 * abs(finding.margin):.1f} points {way} than the {asked}"
+    )
 
 
 def _kept_words(why: str) -> str:

@@ -58,6 +58,7 @@ __all__ = ["CaseActions", "aims_of", "case_actions", "library_of", "load_actions
 STANDS_LIKE = "standing"
 """The posture that the prediction of somebody who stands begins from, where none is stated."""
 
+_HANDS = {"LHN": "left hand", "RHN": "right hand"}
 _IN_LAP = "hands_in_lap"
 """The posture of a body whose hands rest on the thighs, where it has one."""
 
@@ -272,8 +273,8 @@ def _idle_note(
     work: Work, asked: _Asked, hands: SidesFile, like: str, postures: PosturesFile
 ) -> None:
     """Say that a hand without a control stays where the posture that is taken has it."""
-    free = {limb for limb in ("left hand", "right hand") if limb not in hands.held("hand")}
-    idle = [limb for limb in sorted(free) if f"{limb[0].upper()}HN" not in asked.role.file.without]
+    gone = {_HANDS.get(name) for name in asked.role.file.without} | set(hands.held("hand"))
+    idle = [limb for limb in _HANDS.values() if limb not in gone]
     if not idle:
         return
     case = next(case.name for row, case in work.parts.cases if row == asked.key[1])

@@ -237,9 +237,11 @@ def _turn_sentence(body: Body, motion: Poses, turn: _Turn) -> str:
 def _flung(turn: _Turn, time: Floats) -> str:
     """ " (2,010 degrees a second: faster than muscles turn a joint)" of a turn that is; else ""."""
     rate = abs(turn.end - turn.begin) / max(float(time[turn.last] - time[turn.first]), 1e-9)
-    if rate <= _FASTEST:
-        return ""
-    return f" ({rate:,.0f} degrees a second: faster than muscles turn a joint)"
+    return (
+        ""
+        if rate <= _FASTEST
+        else f" ({rate:,.0f} degrees a second: faster than muscles turn a joint)"
+    )
 
 
 def _turned(turn: _Turn) -> str:

@@ -275,9 +275,11 @@ def population_words(result: PopulationFound, role: str) -> str:
 
 def _model_words(body: Body) -> str:
     """Where the bodies of people come from: a family of shapes, or one body that is stretched."""
-    if body.basis is None:
-        return f"stretched from {plain(body.name)}"
-    return f"from the family of bodies “{plain(body.basis.name.removesuffix('.npz'))}”"
+    return (
+        f"stretched from {plain(body.name)}"
+        if body.basis is None
+        else f"from the family of bodies “{plain(body.basis.name.removesuffix('.npz'))}”"
+    )
 
 
 def _clothes(result: PopulationFound) -> tuple[Encumbrance, ...]:
@@ -632,9 +634,11 @@ def _tightest(result: PopulationFound, found: Shown, left: str) -> WebMark | Non
     if found.target is None:
         return None
     check = result.requirements[found.requirement].check
-    if check in ("clearance", "contact") and found.tip is not None:
-        return _gap_mark(result, found, left, failing=False)
-    return WebMark(found.tip or found.target, left)
+    return (
+        _gap_mark(result, found, left, failing=False)
+        if check in ("clearance", "contact") and found.tip is not None
+        else WebMark(found.tip or found.target, left)
+    )
 
 
 def _gap_mark(result: PopulationFound, found: Shown, why: str, *, failing: bool) -> WebMark:

@@ -36,6 +36,7 @@ from workbench.study.settings import setting_text
 
 __all__ = [
     "adjusted_words",
+    "capital",
     "certain_shares",
     "certainty_percents",
     "certainty_words",
@@ -82,7 +83,7 @@ def population_headline(result: PopulationFound) -> str:
     found = first_found(result)
     if not found:
         return _share_sentence(result)
-    shown = [f"{_capital(words)}." for words in found[:_MOST_KEPT]]
+    shown = [f"{capital(words)}." for words in found[:_MOST_KEPT]]
     more = len(found) - len(shown)
     if more > 0:
         shown.append(f"{more} more control{'s are' if more > 1 else ' is'} like that.")
@@ -137,7 +138,7 @@ def _keeps_words(result: PopulationFound) -> str:
     rows = np.flatnonzero(~met[:, chief])
     ends = rows[np.argsort(-result.margin[rows, chief], kind="stable")][[0, -1]].tolist()
     size = " to ".join(dict.fromkeys(lack_words(result, row, chief) for row in ends))
-    alone = f"{percent(float(1 - result.single[chief]), len(met))} of the people do not meet"
+    alone = f"{_share(result, 1 - result.single[chief])} of the people do not meet"
     who = alone if met[:, chief].any() else "Nobody meets"
     reason = chief_reason(result, chief)
     limited = ends_words(result, rows)
@@ -193,13 +194,17 @@ def _mends_words(result: PopulationFound) -> list[str]:
     return gain if len(names) == 1 else [f"{said}.", *gain]
 
 
+def _share(result: PopulationFound, share: float) -> str:
+    """A share of the people from 0 to 1, as fine as their number allows."""
+    return percent(float(share), len(result.served))
+
+
 def _listed(result: PopulationFound, rows: Sequence[int], *, shares: bool = True) -> str:
     """Requirements by their names, "“reach flaps” (94 % of the people)", with the share that misses each where that
     is wanted; of many the first few."""
-    count = len(result.served)
     names = [
         f"“{plain(result.requirements[r].name)}”"
-        + f" ({percent(float(1 - result.single[r]), count)} of the people)" * shares
+        + f" ({_share(result, 1 - result.single[r])} of the people)" * shares
         for r in rows[:_MOST_KEPT]
     ]
     more = len(rows) - len(names)
@@ -215,15 +220,14 @@ def clear_words(result: PopulationFound) -> str:
         return ""
     if result.clear.all():
         return " Nobody overlaps anything by more than is allowed."
-    share = percent(result.shares[0].clear, len(result.served))
-    who = (
+    share = _share(result, result.shares[0].clear)
+    some = (
         f"{share} fit and overlap nothing"
         if result.clear.any()
         else "All of them overlap something"
     )
-    if len(result.served) == 1:
-        what = "nothing" if result.clear[0] else "something"
-        who = f"The person overlaps {what}"
+    one = f"The person overlaps {'nothing' if result.clear[0] else 'something'}"
+    who = one if len(result.served) == 1 else some
     return f" {who} by more than is allowed{_deepest(result)}."
 
 
@@ -254,9 +258,11 @@ def _undecided(group: GroupShare) -> str:
 def certainty_percents(group: GroupShare) -> list[str]:
     """Of whom it is certain that they fit, who is undecided, and of whom it is certain that they do
     not: percentages that add to 100; "not known" where the fit error is not known."""
-    if math.isnan(group.undecided):
-        return ["not known"] * 3
-    return percent_parts((group.certain, group.undecided, 1 - group.possible), group.count)
+    return (
+        ["not known"] * 3
+        if math.isnan(group.undecided)
+        else percent_parts((group.certain, group.undecided, 1 - group.possible), group.count)
+    )
 
 
 def certain_shares(result: PopulationFound, index: int) -> tuple[float, float]:
@@ -341,13 +347,12 @@ def _worst(result: PopulationFound) -> str:
     name = f"“{plain(result.requirements[worst].name)}”"
     if len(out) == 1 or len(result.served) == 1:
         return f"; {name} is not met"
-    count = len(result.served)
-    alone = float(result.only[worst])
-    only = f"{percent(alone, count)} miss only this" if alone > 0 else "nobody misses only this"
+    alone = result.only[worst]
+    only = f"{_share(result, alone)} miss only this" if alone > 0 else "nobody misses only this"
     if not alone > 0 and result.without[worst] > result.shares[0].share + 1e-12:
-        would = percent(float(result.without[worst]), count)
+        would = _share(result, result.without[worst])
         only = f"{only}, but without it {would} would fit in some other {_position_words(result)}"
-    share = percent(float(out[worst]), count)
+    share = _share(result, out[worst])
     ends = ends_words(result, np.flatnonzero(~met_of(result.margin[:, worst])))
     return f"; missed most often is {name}, by {share} of the people ({only}){ends}"
 
@@ -358,8 +363,7 @@ def elsewhere_words(result: PopulationFound) -> str:
     count = int(result.moved.sum())
     if not count:
         return ""
-    weight = result.people.weight
-    share = percent(float(weight @ result.moved) / float(weight.sum()), len(weight))
+    share = _share(result, result.people.weight @ result.moved / result.people.weight.sum())
     way = np.linalg.norm(result.seat - result.comfortable, axis=1)[result.moved]
     far = f"{1000 * float(np.median(way)):.0f} mm"
     who = f"{count:,} people" if count > 1 else "One person"
@@ -385,8 +389,7 @@ def adjusted_words(result: PopulationFound) -> str:
     count = int(result.adjusted.sum())
     if not count:
         return f"Whoever fits does so at the nominal setting of {what}."
-    weight = result.people.weight
-    share = percent(float(weight @ result.adjusted) / float(weight.sum()), len(weight))
+    share = _share(result, result.people.weight @ result.adjusted / result.people.weight.sum())
     who = f"{count:,} people ({share}) fit" if count > 1 else f"One person ({share}) fits"
     return f"{who} only with {what} away from its nominal setting: {_settings_list(result)}."
 
@@ -425,9 +428,8 @@ def requirement_sentence(result: PopulationFound) -> str:
     if result.served.all():
         return "Everybody meets every requirement."
     most = most_missed(result.margin, result.people.weight)
-    count = len(result.served)
     name = plain(result.requirements[most].name)
-    out = percent(1 - float(result.single[most]), count)
+    out = _share(result, 1 - result.single[most])
     return f"The requirement missed most often is “{name}”: by {out} of the people. {dropping_words(result)}"
 
 
@@ -440,10 +442,9 @@ def dropping_words(result: PopulationFound) -> str:
             "Everybody who is left out misses two requirements or more: dropping a single "
             "requirement would gain nothing."
         )
-    count = len(result.served)
     name = "it" if gain == most else f"“{plain(result.requirements[gain].name)}”"
-    before = percent(result.shares[0].share, count)
-    after = percent(float(result.without[gain]), count)
+    before = _share(result, result.shares[0].share)
+    after = _share(result, result.without[gain])
     return (
         f"Dropping {name} would gain most: {after} of the people meet all the others, {before} "
         f"meet all."
@@ -455,7 +456,7 @@ def gain_sentence(gain: Gain, count: int) -> str:
     %." of so many people."""
     shares = (gain.before, gain.after, gain.joint_before, gain.joint_after)
     one, two, all_one, all_two = (percent_number(share, count) for share in shares)
-    limit = f" {_capital(plain(gain.limit))}." if gain.limit else ""
+    limit = f" {capital(plain(gain.limit))}." if gain.limit else ""
     joint = f"leaves all requirements together at {all_one} %"
     if all_one != all_two:
         joint = f"all requirements together from {all_one} to {all_two} %"
@@ -465,8 +466,8 @@ def gain_sentence(gain: Gain, count: int) -> str:
             " and takes" if all_one != all_two else ""
         )
         joint = joint if all_one != all_two else f"and {joint}"
-        return f"{_capital(plain(gain.words))} {own} {joint}.{limit}"
-    return f"{_capital(plain(gain.words))} {own} and {joint}.{limit}"
+        return f"{capital(plain(gain.words))} {own} {joint}.{limit}"
+    return f"{capital(plain(gain.words))} {own} and {joint}.{limit}"
 
 
 def no_gain_words(result: PopulationFound) -> list[str]:
@@ -507,7 +508,7 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     matter for this, the most unusual is thumb tip reach, 652 mm; 97 % of the women here have more. 2
     more requirements are not met."."""
     whose = _NOUNS[SEXES[int(result.people.sex[row])]][1]
-    text = f"{_capital(who_words(result, row))}: "
+    text = f"{capital(who_words(result, row))}: "
     short = np.flatnonzero(~result.met[row])
     if not len(short):
         tight = result.looked_at(row)
@@ -625,16 +626,12 @@ def _reach_lacks(lack: _Lack) -> str:
     """How far a limb stays short of its target, by its length or by a part of the environment."""
     requirement = lack.requirement
     who = f"{lack.whose} {lack.limb}" if lack.limb else "the reach"
-    target = plain(requirement.target)
-    if requirement.zone:
-        target += f" in zone {requirement.zone}"
-    if lack.reason.part:
-        why = plain(lack.reason.clause)
-        return f"{who} stays {lack.by} short of {target}{why}"
-    by = ""
-    if lack.reason:
-        by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"
-    return f"{who} stays {lack.by} short of {target}{by}"
+    zone = f" in zone {requirement.zone}" if requirement.zone else ""
+    target = f"{plain(requirement.target)}{zone}"
+    limit = reason_words(lack.reason, lack.limb or requirement.target)
+    why = f", limited by {limit}" if lack.reason else ""
+    why = plain(lack.reason.clause) if lack.reason.part else why
+    return f"{who} stays {lack.by} short of {target}{why}"
 
 
 def _hides_words(reason: Reason, whose: str, rest: str) -> str:
@@ -651,18 +648,15 @@ def _hides_words(reason: Reason, whose: str, rest: str) -> str:
 
 def _clearance_lacks(lack: _Lack) -> str:
     """How much nearer than allowed a limb, or the segment of the reason, is to a part."""
-    if part := lack.reason.at:
-        who = plain(lack.limb or lack.reason.thing)
-        why = ""
-    else:
-        who = lack.limb or "body"
-        part = lack.requirement.target
-        why = lack.why
+    nearest = lack.reason.at
+    who = lack.limb or (plain(lack.reason.thing) if nearest else "body")
+    part = plain(nearest or lack.requirement.target)
+    why = "" if nearest else lack.why
     if lack.deep:
         short = f", {lack.by} short of the clearance asked for" if lack.by != lack.deep else ""
-        return f"{lack.whose} {who} is {lack.deep} deep in {plain(part)}{short}{why}"
+        return f"{lack.whose} {who} is {lack.deep} deep in {part}{short}{why}"
     way = "deep in" if lack.requirement.check == "contact" else "close to"
-    return f"{lack.whose} {who} is {lack.by} too {way} {plain(part)}{why}"
+    return f"{lack.whose} {who} is {lack.by} too {way} {part}{why}"
 
 
 def reason_words(reason: Reason, limb: str = "") -> str:
@@ -714,9 +708,11 @@ def limiting_words(result: PopulationFound, row: int) -> str:
     if count < _FEW:
         return text + "."
     share, way = _rank(people.column(name)[alike], people.weight[alike], value)
-    if share < _UNUSUAL:
-        return ""
-    return f"{text}; {percent(share, min(count, TENTHS_FROM - 1))} of the {plural} here have {way}."
+    return (
+        ""
+        if share < _UNUSUAL
+        else f"{text}; {percent(share, min(count, TENTHS_FROM - 1))} of the {plural} here have {way}."
+    )
 
 
 def _rank(values: Floats, weight: Floats, value: float) -> tuple[float, str]:
@@ -736,9 +732,11 @@ def spare_words(margin: float, unit: Unit, *, of: str = "") -> str:
     size = unit.shown(max(margin, 0.0))
     places = unit.places + (margin > MET and size < 0.5 * 10.0**-unit.places)  # finer than nothing
     amount = f"{size:,.{places}f}"
-    if not float(amount.replace(",", "")):
-        return "nothing to spare"
-    return f"{most}{amount}{unit.words}{of} to spare"
+    return (
+        f"{most}{amount}{unit.words}{of} to spare"
+        if float(amount.replace(",", ""))
+        else "nothing to spare"
+    )
 
 
 def left_words(result: PopulationFound, row: int, index: int) -> str:
@@ -748,5 +746,6 @@ def left_words(result: PopulationFound, row: int, index: int) -> str:
     return spare_words(float(result.margin[row, index]), one.unit, of=of)
 
 
-def _capital(text: str) -> str:
+def capital(text: str) -> str:
+    """A sentence that begins with a capital letter."""
     return text[:1].upper() + text[1:]

@@ -81,9 +81,7 @@ def _percentile(size: Size, name: str, value: float) -> str:
     column = percentile_values(people, size.sex, _LEVELS)[:, people.names.index(name)]
     if value < column[0]:
         return "below the 1st"
-    if value > column[-1]:
-        return "above the 99th"
-    return f"{np.interp(value, column, _LEVELS):.0f}"
+    return "above the 99th" if value > column[-1] else f"{np.interp(value, column, _LEVELS):.0f}"
 
 
 def _eyes(found: PersonFound, pose: int) -> str:

@@ -162,8 +162,13 @@ def limiting_measures(
 def doubted_people(study: Study) -> list[str]:
     """Say what a run of a study says of who its people are: of sizes that hardly anybody has, and of
     rows of a population."""
-    sized = [role for _, one in study.by_size() for role in one.roles if role.size]
-    notes = dict.fromkeys(note for role in sized for note in role_body(role)[1])
+    notes = dict.fromkeys(
+        note
+        for _, one in study.by_size()
+        for role in one.roles
+        if role.size is not None
+        for note in role_body(role)[1]
+    )
     crowd = study.crowd
     rows = (
         odd_people(crowd.population) if crowd and isinstance(crowd.population, Population) else []
