@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
-from itertools import count, cycle
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -22,7 +22,14 @@ from workbench.errors import InputError, WorkbenchError, printable
 from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
-from workbench.live.desk import busy_frame, fault_frame, kept_file, new_file, words_of
+from workbench.live.desk import (
+    busy_frame,
+    fault_frame,
+    free_file,
+    kept_file,
+    new_file,
+    words_of,
+)
 from workbench.live.protocol import Question, Replies, packed
 from workbench.model.arrays import Ints
 from workbench.model.units import plain
@@ -385,8 +392,7 @@ class DescribeDesk:
             raise InputError("save the environment first: a study is of what its file says")
         path = self._study_path
         if path.exists() and question.given["anew"]:
-            numbered = (path.with_name(f"study_{number}.yaml") for number in count(2))
-            path = next(one for one in numbered if not one.exists())
+            path = free_file(path)
         if not path.exists():
             if self.read_only:
                 raise InputError("the bench was started to read only")
