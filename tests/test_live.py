@@ -93,6 +93,7 @@ FILES = (
     "person.js",
     "picture.js",
     "reach_map.js",
+    "reporting.js",
     "rows.js",
     "size.js",
     "things.js",
