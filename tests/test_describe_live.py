@@ -241,7 +241,7 @@ def test_a_person_is_seated_and_gives_the_eye_point(bench):
     assert asked(page, "sit", on=True)["sitting"]
     assert len(client.get("/scene").text) > 6_000
     low = asked(page, "figure", kind="seat", name="driver", figure="srp", value=[0.1, 0.2, 0.05])
-    assert any("floor" in words for words in low["seated"]["driver"])
+    assert any("floor" in words for words in low["seated"]["driver"]["doubts"])
     asked(page, "undo")
     (eye,) = asked(page, "eye", seat="driver")["points"]
     x, y, z = eye["at"]

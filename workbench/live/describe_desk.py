@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cached_property
 from itertools import cycle
 from pathlib import Path
@@ -59,6 +59,7 @@ from workbench.study.describe.edits_things import (
 from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.people import (
     PERSON,
+    SeatedWords,
     person_words,
     seated_eye,
     seated_person,
@@ -204,7 +205,7 @@ class DescribeDesk:
         self.read_only = read_only
         self.clock = clock
         self.sitting = False
-        self._seated: tuple[Description, dict[str, list[str]]] | None = None
+        self._seated: tuple[Description, dict[str, SeatedWords]] | None = None
         self._others: Mapping[str, Callable[[Question], Replies]] = {
             "sit": self._sit,
             "add": self._add,
@@ -319,7 +320,7 @@ class DescribeDesk:
             "drawn": len(self._thin.faces),
             "of": len(meshes.faces),
             "sitting": self.sitting,
-            "seated": self._seated_words() if self.sitting else {},
+            "seated": {name: asdict(one) for name, one in self._seated_words().items()},
             "scene": self._scene_key(description),
         }
         return description_frame(self.opened, description, head)
@@ -352,12 +353,15 @@ class DescribeDesk:
         on = bool(question.given["on"])
         if on and not self.live.file.seats:
             raise InputError("there is no seat yet: pick a cushion and a back")
-        words = [one for some in self._seated_words().values() for one in some] if on else []
         self.sitting = on
+        seated = self._seated_words().values()
+        words = [words for one in seated for words in (*one.doubts, *one.notes)]
         return Replies([self._answered(question.number, "; ".join(words))])
 
-    def _seated_words(self) -> dict[str, list[str]]:
-        """By its seat, what is wrong with the person in it as the description is."""
+    def _seated_words(self) -> dict[str, SeatedWords]:
+        """By its seat, what is said of the person in it as the description is."""
+        if not self.sitting:
+            return {}
         description = self.live
         if self._seated is None or self._seated[0] is not description:
             ground = standing_of(self.opened, description).ground
