@@ -369,7 +369,7 @@ test("turns of eyes and head are told by their sides", () => {
 test("verdicts are summed up: of whom, and not as passed where nothing was asked", () => {
   const head = { rows: [{ passed: true, asked: true }, { passed: true, asked: false }], warnings: [], waits: false };
   assert.equal(summary({ ...head, rows: head.rows.slice(0, 1) }, false, ""), "(all passed)");
-  assert.equal(summary({ ...head, rows: head.rows.slice(0, 1) }, true, ""), "(all passed, but see above)");
+  assert.equal(summary({ ...head, rows: head.rows.slice(0, 1) }, true, ""), "(all passed, but see below)");
   assert.equal(summary(head, false, "driver"), "(all passed for the one driver shown, 1 found nothing to look at)");
   assert.equal(summary({ ...head, rows: head.rows.slice(1) }, false, "driver"), "(nothing was asked)");
   assert.equal(summary({ ...head, rows: [] }, false, "driver"), "(nothing was asked)");

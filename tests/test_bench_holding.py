@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 from dataclasses import replace
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import ROOT
 from workbench.files.study.saving import read_text
+from workbench.model.result import Shortfall
 from workbench.model.surroundings import Move
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.study.bench.answers import answer, near_pairs
@@ -23,6 +25,7 @@ from workbench.study.bench.edits_postures import predicted, suggested
 from workbench.study.bench.holding import limbs_off, troubles
 from workbench.study.bench.placing import placed_environment, placed_people
 from workbench.study.bench.saving import save
+from workbench.study.seat_words import unjudged
 
 LIMBS = (*HANDS, *FEET)
 CONTROLS = {
@@ -131,3 +134,29 @@ def test_all_cases_are_predicted_each_from_what_it_holds_and_saved(trainer, plac
         "flying",
         "flying",
     ]
+
+
+@pytest.fixture(scope="module")
+def judging():
+    return wb.load_study("trainer_accommodation").criteria
+
+
+@given(
+    below=st.sampled_from([0.0, 0.025, math.inf]),
+    above=st.sampled_from([0.0, 0.04, math.inf]),
+    what=st.sampled_from(["eyes too low", "eyes too high", "seat", "thighs", "left foot"]),
+    case=st.sampled_from(["", "flying", "landing"]),
+    person=st.sampled_from(["pilot", "instructor"]),
+)
+def test_what_a_criterion_judges_is_told_by_its_verdict_alone(
+    judging, below, above, what, case, person
+):
+    """An eye_height of one side leaves the other side, other people and other cases to be told."""
+    eyes = next(one for one in judging if one.check == "eye_height")
+    cases = (case,) if case else ()
+    asked = replace(eyes, below=below, above=above, cases=cases, people=("pilot",))
+    short = Shortfall(person, "flying", what, "the eyes stay 10 mm below it", "", 0.01)
+    limit = {"eyes too low": below, "eyes too high": above}.get(what, math.inf)
+    judged = limit < math.inf and case != "landing" and person == "pilot"
+    assert unjudged([short], [asked]) == ([] if judged else [short])
+    assert unjudged([short], [one for one in judging if one is not eyes]) == [short]

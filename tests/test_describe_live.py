@@ -36,6 +36,7 @@ from tests.test_live import (
 from workbench.live.describe_desk import DescribeDesk
 from workbench.live.protocol import Question, unpacked
 from workbench.live.server import live_application
+from workbench.report.running import run_and_write
 
 CUSHION = {"part": "pan", "start": [SRP[0] + 0.2, SRP[1], 3], "way": [0, 0, -1]}
 BACK = {"part": "rest", "start": [3, SRP[1], SRP[2] + 0.3], "way": [-1, 0, 0]}
@@ -240,7 +241,7 @@ def test_a_person_is_seated_and_gives_the_eye_point(bench):
     assert asked(page, "sit", on=True)["sitting"]
     assert len(client.get("/scene").text) > 6_000
     low = asked(page, "figure", kind="seat", name="driver", figure="srp", value=[0.1, 0.2, 0.05])
-    assert any("floor" in words for words in low["seated"]["driver"])
+    assert any("floor" in words for words in low["seated"]["driver"]["doubts"])
     asked(page, "undo")
     (eye,) = asked(page, "eye", seat="driver")["points"]
     x, y, z = eye["at"]
@@ -312,7 +313,9 @@ def test_what_is_not_saved_at_the_end_is_kept_in_a_file_of_its_own(mesh):
     said = []
 
     def end():
-        app = live_application(desk, port=PORT, token=TOKEN, ended=said.append)
+        app = live_application(
+            desk, port=PORT, token=TOKEN, runner=run_and_write, ended=said.append
+        )
         with TestClient(app, base_url=f"http://{HOST}"):
             pass
         return said[-1]
@@ -536,7 +539,8 @@ def test_a_section_is_through_the_mesh_or_what_is_looked_at_not_through_the_man(
         assert page.faults == []
 
 
-def test_a_study_is_made_on_the_page_and_the_bench_opens_on_it(browser, mesh):
+def test_from_a_mesh_to_the_share_of_people_by_clicks_alone(browser, mesh, monkeypatch):
+    monkeypatch.chdir(mesh.parent)
     with shown(browser, mesh) as page:
         page.get_by_role("button", name="They are right").click()
         page.get_by_label("cushion", exact=True).check()
@@ -545,5 +549,14 @@ def test_a_study_is_made_on_the_page_and_the_bench_opens_on_it(browser, mesh):
         page.get_by_role("button", name="Save", exact=True).click()
         page.get_by_role("button", name="Make a first study and open it").click()
         page.wait_for_function("() => document.getElementById('person')?.value === 'driver'")
+        page.get_by_label("how many").fill("3")
+        with page.expect_popup() as opened:
+            page.get_by_role("button", name="Ask 3 people").click()
+        report = opened.value
+        report.wait_for_selector("main .lead")
+        said = report.locator("main .lead").inner_text().replace("\xa0", " ")
+        assert said.startswith("Nobody fits (95 % interval 0 to 56 %, 3 people).")
+        assert page.locator("#report-headline").inner_text() == said
+        assert report.evaluate("() => document.querySelectorAll('.turn canvas').length") > 0
         assert page.faults == []
     assert (mesh.parent / "study.yaml").is_file()

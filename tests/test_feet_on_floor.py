@@ -32,7 +32,6 @@ parts:
   pan: {{allow: [{{segments: [LT, LUL, RUL], depth: 0.2}}]}}
 controls: {controls}
 """
-PEDAL = "{brake: {at: [0.8, 0.1, 0.2], grip: foot, zone: 1}}"
 STUDY = """study: sit
 length: mm
 environment: ./environment.yaml
@@ -68,9 +67,13 @@ def sole(tmp_path_factory):
     return min(float((placed.centres[0, own, 2] - body.radius[0, own]).min()) for own in feet)
 
 
-def words(folder, floor, **more):
+def told(folder, floor, **more):
     environment, file = cab(folder, floor, **more)
     return seated_words(file, "left", ground_of(environment))
+
+
+def words(folder, floor, **more):
+    return [*told(folder, floor, **more).doubts]
 
 
 def test_feet_on_the_floor_are_nothing_to_say(tmp_path, sole):
@@ -86,7 +89,24 @@ def test_feet_under_the_floor_are_told_with_the_seat_that_is_high_enough(tmp_pat
         f"mm. A seat 100 mm higher would mend it, or feet "
     )
     assert said.endswith("no control is for feet: are pedals missing?")
-    assert "as on brake" in words(tmp_path, sole + 0.1, controls=PEDAL)[0]
+
+
+@pytest.mark.parametrize(
+    ("at", "notes"),
+    [((0.8, 0.1), 1), ((0.8, -0.4), 1), ((0.2, 0.1), 0), ((0.8, 0.5), 0), ((-0.8, 0.1), 0)],
+)
+def test_feet_under_the_floor_are_a_doubt_unless_pedals_are_farther_ahead(
+    tmp_path, sole, at, notes
+):
+    """Feet at rest are 0.5 m ahead; 0.5 m aside is another seat's pedal."""
+    pedal = f"{{brake: {{at: [{at[0]}, {at[1]}, 0.2], grip: foot, zone: 1}}}}"
+    found = told(tmp_path, sole + 0.1, controls=pedal)
+    assert (len(found.doubts), len(found.notes)) == (1 - notes, notes)
+    if notes:
+        assert found.notes[0].endswith(
+            "at rest the feet would be 100 mm under 'floor'; brake is farther ahead, and a study puts "
+            "the feet there"
+        )
 
 
 def test_feet_that_hang_and_feet_over_nothing_are_told(tmp_path, sole):

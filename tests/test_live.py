@@ -39,6 +39,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from workbench.live.desk import Desk
 from workbench.live.server import live_application
+from workbench.report.running import run_and_write
 
 PORT = 8123
 TOKEN = "a-secret-of-the-tests"
@@ -92,6 +93,7 @@ FILES = (
     "person.js",
     "picture.js",
     "reach_map.js",
+    "reporting.js",
     "rows.js",
     "size.js",
     "things.js",
@@ -128,8 +130,8 @@ def client(desk):
         yield found
 
 
-def client_of(desk, host=HOST):
-    app = live_application(desk, port=PORT, token=TOKEN)
+def client_of(desk, host=HOST, runner=run_and_write):
+    app = live_application(desk, port=PORT, token=TOKEN, runner=runner)
     return TestClient(app, base_url=f"http://{host}", follow_redirects=False)
 
 

@@ -434,7 +434,7 @@ def test_a_smaller_person_is_off_the_pedals_and_a_button_predicts_the_posture(pa
     off.wait_for()
     assert "from left seat left pedal (19 mm as opened)" in off.text_content()
     page.wait_for_selector("#verdicts:not(.waiting) tr")
-    assert "but see above" in page.locator("#failed").text_content()
+    assert "but see below" in page.locator("#failed").text_content()
     off.get_by_role("button", name="Predict the posture (pilot)").click()
     page.get_by_role("button", name="let the seat go along (pilot)").wait_for()
     assert page.locator("#posture-now").text_content() == "predicted"

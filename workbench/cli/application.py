@@ -162,40 +162,21 @@ def run(
     quiet
         print nothing but warnings and errors: the exit code says whether all criteria hold
     """
-    kept: list[str] = []
     with Progress() as say:
         say(f"reading {study}")  # before the imports, which take a second
-        from workbench.files.output_folder import check_folder
-        from workbench.files.study.reader import load_study
-        from workbench.report.folder import report_lines, write_report
-        from workbench.report.words import in_words
-        from workbench.study.run import check_run
-        from workbench.study.run import run as run_study
+        from workbench.report.running import run_and_write
 
-        if out is not None:
-            check_folder(out, holds="result")  # before the work, not after it
-        loaded = load_study(study)
-        check_run(loaded, cluster=cluster, film=film)
-        folder = out or Path("out") / loaded.name
-        place = check_folder(folder, holds="result")  # again, now that all inputs are known
-        say("measuring")
-        keep = place.with_name(f".{place.name}.chunks")
-        result = run_study(loaded, keep=keep, say=say, cluster=cluster)
-        rows = write_report(result, folder, film=film, progress=say, tell=kept.append)
-        if loaded.crowd is not None:
-            from workbench.study.accommodation.chunks import forget_chunks
-
-            forget_chunks(keep)
-    for warning in (*kept, *map(in_words, rows.warnings)):
+        done = run_and_write(study, out, film=film, cluster=cluster, say=say)
+    for warning in done.warnings:
         tell(f"warning: {warning}")
     if as_json:
-        emit(_dumped(rows))
+        emit(_dumped(done.rows))
     elif not quiet:
-        for line in report_lines(result, rows):
+        for line in done.lines:
             emit_verdict(line)
-        emit_sentence(rows.headline)
-        emit(folder / "report.html")
-    return 0 if result.passed else 1
+        emit_sentence(done.rows.headline)
+        emit(done.folder / "report.html")
+    return 0 if done.passed else 1
 
 
 @app.command

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import webbrowser
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from workbench.cli.progress import Progress, emit, tell
 from workbench.errors import InputError, UsageError
 
+if TYPE_CHECKING:
+    from workbench.report.running import Written
+
 __all__ = ["live"]
+
+
+def _run_and_write(source: str, *, say: Callable[[str], None]) -> Written:
+    """Run a study as `workbench run` does; what that needs is loaded in the process that does it."""
+    from workbench.report.running import run_and_write
+
+    return run_and_write(source, say=say)
 
 
 def live(
@@ -83,5 +94,5 @@ def live(
         if words:
             tell(words)
 
-    serve(desk, port=port, ready=ready, ended=ended)
+    serve(desk, port=port, ready=ready, runner=_run_and_write, ended=ended)
     return 0

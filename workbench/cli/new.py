@@ -33,7 +33,7 @@ def new(
         that is there already stays as it is
     """
     from workbench.files.kinds import is_mesh
-    from workbench.study.describe.saving import save_first_study
+    from workbench.study.describe.saving import people_study, save_first_study
 
     if is_mesh(environment):
         raise UsageError(
@@ -44,7 +44,7 @@ def new(
     path = out or (source.parent if given.exists() else Path()) / "study.yaml"
     wanted = {path: 0}
     if people:
-        wanted[path.with_stem(f"{path.stem}_people")] = people
+        wanted[people_study(path)] = people
     missing = {each: many for each, many in wanted.items() if not each.exists()}
     *first, last = wanted
     if last not in missing:

@@ -43,7 +43,15 @@ from workbench.errors import InputError
 from workbench.files.opening import is_input
 from workbench.files.output_file import Content, locked, planted, probe, writable, write_errors
 
-__all__ = ["MANIFEST", "Holding", "Manifest", "check_folder", "exchange", "write_folder"]
+__all__ = [
+    "MANIFEST",
+    "Holding",
+    "Manifest",
+    "check_folder",
+    "exchange",
+    "manifest_of",
+    "write_folder",
+]
 
 MANIFEST = "manifest.json"
 Holding = Literal["result", "comparison", "people", "region"]
@@ -148,7 +156,7 @@ def _check(folder: Path, place: Path, holds: Holding) -> None:
     if not place.is_dir() or (any(place.iterdir()) and not (place / MANIFEST).is_file()):
         raise InputError(_foreign(folder, place))
     _check_subfolders(place, place.stat().st_dev)
-    found = _manifest(place)
+    found = manifest_of(place)
     if found is None:
         return
     if found.holds != holds:
@@ -182,8 +190,14 @@ def _check_subfolders(folder: Path, device: int) -> None:
             _check_subfolders(path, device)
 
 
-def _manifest(folder: Path) -> Manifest | None:
-    """The manifest of a folder, None where it has none. InputError where it is damaged."""
+def manifest_of(folder: Path) -> Manifest | None:
+    """Return the manifest of a folder, None where it has none.
+
+    Raises
+    ------
+    InputError
+        Where it is damaged.
+    """
     file = folder / MANIFEST
     try:
         return Manifest.model_validate_json(file.read_bytes())
@@ -260,7 +274,7 @@ class _Own:
     since."""
 
     def __init__(self, folder: Path) -> None:
-        found = _manifest(folder)
+        found = manifest_of(folder)
         self.folder = folder
         self.listed: Mapping[str, str] = found.files if found is not None else {}
 

@@ -89,7 +89,9 @@ class SeatFigures:
     across
         Where across the cushion the seat reference point is, in words.
     doubts
-        Sentences about what is odd.
+        Sentences about what is odd, and may have to be mended.
+    notes
+        Sentences about what was done of which nothing has to be mended.
     """
 
     srp: Floats
@@ -102,6 +104,7 @@ class SeatFigures:
     back_sides: Across
     across: str
     doubts: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def seat_figures(
@@ -148,13 +151,15 @@ def seat_figures(
     srp = _reference_point(lap, lean, across * aside, ahead)
     away = float(np.linalg.norm(cushion.reshape(-1, 3) - srp, axis=1).min())
     extents = {"cushion": float(np.ptp(cushion @ ahead)), "back": float(np.ptp(back @ above))}
-    doubts = _bench_doubt(sides.wide) + _size_doubts(extents) + _doubts(lap, lean, turned, away)
+    doubts = _bench_doubt(sides.wide) + _size_doubts(extents) + _doubts(lap, lean, away)
     words = "where it was clicked" if bench else "in the middle of the cushion"
     lap_sides, lean_sides = (
         Across(one.right - across, one.left - across) for one in (sides, back_sides)
     )
     angles = (cushion_angle, back_angle, yaw)
-    return SeatFigures(srp, *angles, lap, lean, lap_sides, lean_sides, words, doubts)
+    return SeatFigures(
+        srp, *angles, lap, lean, lap_sides, lean_sides, words, doubts, _notes(turned)
+    )
 
 
 def _fold(lap: PlaneFit, lean: PlaneFit) -> Floats:
@@ -293,7 +298,7 @@ def _size_doubts(extents: Mapping[str, float]) -> tuple[str, ...]:
     )
 
 
-def _doubts(lap: PlaneFit, lean: PlaneFit, turned: float, away: float) -> tuple[str, ...]:
+def _doubts(lap: PlaneFit, lean: PlaneFit, away: float) -> tuple[str, ...]:
     found = []
     if away > AWAY:
         found.append(
@@ -306,9 +311,11 @@ def _doubts(lap: PlaneFit, lean: PlaneFit, turned: float, away: float) -> tuple[
                 f"the faces of the {name} are {1e3 * plane.off:.0f} mm from their plane in the "
                 f"mean: pick fewer"
             )
-    if turned > math.radians(0.05):
-        found.append(
-            f"by its planes the seat is turned {math.degrees(turned):.1f} degrees; it is taken as "
-            f"straight"
-        )
     return tuple(found)
+
+
+def _notes(turned: float) -> tuple[str, ...]:
+    if turned <= math.radians(0.05):
+        return ()
+    degrees = f"{math.degrees(turned):.1f} degrees"
+    return (f"by its planes the seat is turned {degrees}; it is taken as straight",)

@@ -7,9 +7,9 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cached_property
-from itertools import count, cycle
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -22,7 +22,14 @@ from workbench.errors import InputError, WorkbenchError, printable
 from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
-from workbench.live.desk import busy_frame, fault_frame, kept_file, new_file, words_of
+from workbench.live.desk import (
+    busy_frame,
+    fault_frame,
+    free_file,
+    kept_file,
+    new_file,
+    words_of,
+)
 from workbench.live.protocol import Question, Replies, packed
 from workbench.model.arrays import Ints
 from workbench.model.units import plain
@@ -52,6 +59,7 @@ from workbench.study.describe.edits_things import (
 from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.people import (
     PERSON,
+    SeatedWords,
     person_words,
     seated_eye,
     seated_person,
@@ -197,7 +205,7 @@ class DescribeDesk:
         self.read_only = read_only
         self.clock = clock
         self.sitting = False
-        self._seated: tuple[Description, dict[str, list[str]]] | None = None
+        self._seated: tuple[Description, dict[str, SeatedWords]] | None = None
         self._others: Mapping[str, Callable[[Question], Replies]] = {
             "sit": self._sit,
             "add": self._add,
@@ -312,7 +320,7 @@ class DescribeDesk:
             "drawn": len(self._thin.faces),
             "of": len(meshes.faces),
             "sitting": self.sitting,
-            "seated": self._seated_words() if self.sitting else {},
+            "seated": {name: asdict(one) for name, one in self._seated_words().items()},
             "scene": self._scene_key(description),
         }
         return description_frame(self.opened, description, head)
@@ -345,12 +353,15 @@ class DescribeDesk:
         on = bool(question.given["on"])
         if on and not self.live.file.seats:
             raise InputError("there is no seat yet: pick a cushion and a back")
-        words = [one for some in self._seated_words().values() for one in some] if on else []
         self.sitting = on
+        seated = self._seated_words().values()
+        words = [words for one in seated for words in (*one.doubts, *one.notes)]
         return Replies([self._answered(question.number, "; ".join(words))])
 
-    def _seated_words(self) -> dict[str, list[str]]:
-        """By its seat, what is wrong with the person in it as the description is."""
+    def _seated_words(self) -> dict[str, SeatedWords]:
+        """By its seat, what is said of the person in it as the description is."""
+        if not self.sitting:
+            return {}
         description = self.live
         if self._seated is None or self._seated[0] is not description:
             ground = standing_of(self.opened, description).ground
@@ -385,8 +396,7 @@ class DescribeDesk:
             raise InputError("save the environment first: a study is of what its file says")
         path = self._study_path
         if path.exists() and question.given["anew"]:
-            numbered = (path.with_name(f"study_{number}.yaml") for number in count(2))
-            path = next(one for one in numbered if not one.exists())
+            path = free_file(path)
         if not path.exists():
             if self.read_only:
                 raise InputError("the bench was started to read only")

@@ -162,14 +162,16 @@ def _unit_name(metres: float | None) -> str:
 def _seat(opened: OpenPlace, description: Description, name: str) -> dict[str, Any]:
     """A seat in numbers, and what was picked of it."""
     picks = description.picks.get(name)
-    found: dict[str, Any] = {"name": name, "there": name in description.file.seats, "doubts": []}
+    found: dict[str, Any] = {"name": name, "there": name in description.file.seats}
+    found |= {"doubts": [], "notes": []}
     for surface in ("cushion", "back"):
         found[f"{surface}_faces"] = 0
         if picks is not None and picks.faces(surface):
             found[f"{surface}_faces"] = len(opened.meshes.grown(picks.faces(surface)))
     if picks is not None and picks.cushion and picks.back:
         try:
-            found["doubts"] = list(figures_of(opened, description, name).doubts)
+            figures = figures_of(opened, description, name)
+            found |= {"doubts": list(figures.doubts), "notes": list(figures.notes)}
         except InputError as error:
             found["doubts"] = [str(error)]
     if not found["there"]:

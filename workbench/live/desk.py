@@ -27,7 +27,7 @@ from workbench.live.frames import (
     waiting_frame,
 )
 from workbench.live.looking import looking_verbs
-from workbench.live.protocol import VERBS, Made, Question, Replies, Work, packed
+from workbench.live.protocol import VERBS, Made, Question, Replies, Run, Work, packed
 from workbench.live.verbs import EDITS
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import looking_at
@@ -43,6 +43,7 @@ from workbench.study.bench.near import Tolerances
 from workbench.study.bench.placing import Placement, people_here, placed_people, sight_verdicts
 from workbench.study.bench.saving import save
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, open_study
+from workbench.study.describe.saving import people_study
 from workbench.study.people import Present, present_people
 
 __all__ = [
@@ -52,6 +53,7 @@ __all__ = [
     "SupersededError",
     "busy_frame",
     "fault_frame",
+    "free_file",
     "kept_file",
     "new_file",
     "words_of",
@@ -62,6 +64,10 @@ LONGEST_FILE = 255
 """Bytes of a file's name, at most."""
 LONGEST_STEM = 200
 """Bytes of a name that another one is made of."""
+
+
+class StudyThereError(InputError):
+    """The study of many people that is asked for is there already."""
 
 
 class SupersededError(Exception):
@@ -204,6 +210,8 @@ class Desk:
             "redo": self._redo,
             "save": self._save,
             "reload": self._reload,
+            "report": self._report,
+            "report_end": lambda question: Replies(run_ends=True),
             **looking_verbs(self, placement=self._placement),
         }
         self.open()
@@ -301,6 +309,8 @@ class Desk:
             return Replies(asker=[fault_frame(question, str(error), ask="sharing")])
         except ChangedFileError as error:
             return Replies(asker=[fault_frame(question, str(error), ask="over")])
+        except StudyThereError as error:
+            return Replies(asker=[fault_frame(question, str(error), ask="people")])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
             return Replies(asker=[fault_frame(question, words_of(error))])
 
@@ -479,6 +489,37 @@ class Desk:
     def _reload(self, question: Question) -> Replies:
         return self._reloaded("read again", question.number)
 
+    def _report(self, question: Question) -> Replies:
+        """Let the study be run, or one of so many people, which is written beside it, and the report
+        be written. What is there already is not written over."""
+        if self.read_only:
+            raise InputError("the bench was started to read only")
+        people = int(question.given["people"])
+        path = self.path
+        if not people and self.unsaved:
+            raise InputError("save the study first: a report is of what its file says")
+        if people:
+            path = self._people_path(question.given["how"])
+        made = people if not path.exists() else 0
+        inputs = self.opened.study.inputs.items()
+        place = next(file for role, file in inputs if role.startswith("environment: "))
+        head = {"kind": "report", "answers": question.number, "study": printable(path.name)}
+        begun = packed({**head, "words": "the report is asked for"})
+        return Replies(asker=[begun], run=Run(path, place, made))
+
+    def _people_path(self, how: str) -> Path:
+        """The study of many people beside this one."""
+        if self.opened.crowd is not None:
+            raise InputError("this study asks many people already: make its report")
+        if self.catalogued:
+            raise InputError("save the study under a name first: it is one of the catalogue")
+        path = people_study(self.path)
+        if path.exists() and how == "ask":
+            raise StudyThereError(
+                f"{path.name} is there already: run it as it is, or write another one beside it"
+            )
+        return free_file(path) if how == "anew" else path
+
     def _reloaded(self, words: str, number: int = 0) -> Replies:
         self.open()
         return Replies([*self.greeting(), self._answered(number, words)], changed=True)
@@ -502,9 +543,13 @@ def work_made(work: Work) -> Made:
 def kept_file(path: Path) -> Path:
     """The name of a new file for what is not saved of a file, of which it has the beginning."""
     begin = path.stem.encode()[:LONGEST_STEM].decode(errors="ignore")
-    stem = path.with_name(f"{begin}_unsaved{path.suffix}")
-    numbered = (path.with_name(f"{begin}_unsaved_{k}{path.suffix}") for k in count(2))
-    return next(one for one in chain([stem], numbered) if not one.exists())
+    return free_file(path.with_stem(f"{begin}_unsaved"))
+
+
+def free_file(path: Path) -> Path:
+    """The path itself where nothing is there, else with a number: study_2.yaml."""
+    numbered = (path.with_stem(f"{path.stem}_{number}") for number in count(2))
+    return next(one for one in chain([path], numbered) if not one.exists())
 
 
 def new_file(folder: Path, name: str, *, like: str) -> Path:
@@ -555,7 +600,7 @@ def fault_frame(question: Question | None, words: str, ask: str = "") -> bytes:
     words
         What is wrong.
     ask
-        What the page is to ask its user: "sharing" or "over".
+        What the page is to ask its user: "sharing", "over" or "people".
     """
     number = question.number if question is not None else 0
     where = question.verb if question is not None else ""

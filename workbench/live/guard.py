@@ -84,7 +84,9 @@ class Guard:
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         async def guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
-                message["headers"] = [*message.get("headers", ()), *self.headers]
+                given = list(message.get("headers", ()))
+                own = {name for name, _ in given}  # a report has a policy of its own
+                message["headers"] = [*given, *(row for row in self.headers if row[0] not in own)]
             await send(message)
 
         if not self._is_host(scope):

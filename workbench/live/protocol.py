@@ -31,6 +31,7 @@ __all__ = [
     "Made",
     "Question",
     "Replies",
+    "Run",
     "Taken",
     "Verbs",
     "Work",
@@ -282,6 +283,13 @@ VERBS: Verbs = {
         "to": Taken("the name of a file", is_text, "", needed=False),
     },
     "reload": {},
+    "report": {
+        "people": Taken("a number of people", _count, 0, needed=False),
+        "how": Taken(
+            "ask, as it is or anew", one_valid("ask", "as it is", "anew"), "ask", needed=False
+        ),
+    },
+    "report_end": {},
 }
 """What a page may ask, and what each verb takes."""
 
@@ -417,11 +425,31 @@ class Work(Protocol):
         """Do it, or a piece of it."""
 
 
+@dataclass(frozen=True)
+class Run:
+    """A study that is to be run, and its report written.
+
+    Parameters
+    ----------
+    study
+        Its file.
+    environment
+        The file of its environment.
+    people
+        So many people of a survey: the study is written first, as a first one of the environment. 0
+        where it is there.
+    """
+
+    study: Path
+    environment: Path
+    people: int = 0
+
+
 @dataclass
 class Replies:
     """Frames for everybody, frames for who asked alone, whether the study is another now, what is to
-    be done for who asked, a film that is to be made, or ended, and the file of a study that is to be
-    opened in the place of what is open."""
+    be done for who asked, a film that is to be made, or ended, the file of a study that is to be
+    opened in the place of what is open, and a study that is to be run, or whose run is to end."""
 
     everybody: list[bytes] = field(default_factory=list)
     asker: list[bytes] = field(default_factory=list)
@@ -430,3 +458,5 @@ class Replies:
     film: Film | None = None
     film_ends: bool = False
     study: Path | None = None
+    run: Run | None = None
+    run_ends: bool = False

@@ -52,6 +52,7 @@ from workbench.live.protocol import (
     packed,
     parsed,
 )
+from workbench.live.running import Runner, Runs
 from workbench.threads import cores
 
 try:
@@ -112,6 +113,7 @@ PAGE = {
     "ways.js": "text/javascript; charset=utf-8",
     "painter.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
+    "reporting.js": "text/javascript; charset=utf-8",
     "reach_map.js": "text/javascript; charset=utf-8",
     "person.js": "text/javascript; charset=utf-8",
     "progress.js": "text/javascript; charset=utf-8",
@@ -136,6 +138,13 @@ VIEW["view.css"] = "text/css; charset=utf-8"
 """The files of the viewer that the reports have too, and their types."""
 FILM = {".mp4": "video/mp4", ".webp": "image/webp"}
 """The types of films."""
+REPORT = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' data:; "
+    "media-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+)
+"""What a browser may do with a report: it holds its script, which it names by its hash itself, and may
+ask for nothing but the pictures beside it."""
+BUSY = "a report is being made already: end that, or wait for it"
 Found = TypeVar("Found")
 
 
@@ -178,7 +187,7 @@ class AnyDesk(Protocol):
 class Hub:
     """What is done for the pages that are open on one desk."""
 
-    def __init__(self, desk: AnyDesk) -> None:
+    def __init__(self, desk: AnyDesk, runner: Runner) -> None:
         self.desk = desk
         self.pages: set[Page] = set()
         self.waiting: Waiting[Page] = Waiting()
@@ -202,6 +211,7 @@ class Hub:
         self.settling = ThreadPoolExecutor(1, "settle")
         self.seeing = ThreadPoolExecutor(1, "see")
         self.films = Films(lambda error: fault_frame(None, words_of(error)))
+        self.runs = Runs(runner, self.tell)
 
     @property
     def steps(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
@@ -214,6 +224,7 @@ class Hub:
             self.judge,
             self.run_jobs,
             self.films.make,
+            self.runs.run_next,
             self.follow,
             self.settle,
             self.see,
@@ -253,6 +264,12 @@ class Hub:
         ):
             pool.shutdown(wait=False, cancel_futures=True)
         self.films.end()
+        self.runs.end()
+
+    def tell(self, frame: bytes) -> None:
+        """Send a frame to all pages."""
+        for page in self.pages:
+            page.put(frame)
 
     async def at_desk(self, function: Callable[..., Found], *arguments: Any) -> Found:
         """Call a function in the thread of the desk."""
@@ -329,6 +346,10 @@ class Hub:
             self.begin(asker, replies.work)
         if replies.film_ends:
             self.films.end_for(asker)
+        if replies.run_ends:
+            self.runs.stop()
+        if replies.run is not None and not self.runs.begin(replies.run):
+            await self.send(Replies(asker=[fault_frame(None, BUSY)]), asker)
         if replies.film is not None and asker in self.pages:
             self.films.begin(asker, replies.film)
 
@@ -518,6 +539,8 @@ class Hub:
         without which it could make nothing of an answer."""
         for made in (self.desk.greeting, self.desk.state):
             await self.show(page, made)
+        if self.runs.frame is not None:
+            page.put(self.runs.frame)
         self.changed.set()
         while True:
             await self.listen(page, opened)
@@ -573,7 +596,12 @@ async def closed(opened: WebSocket, error: PageClosedError) -> None:
 
 
 def live_application(
-    desk: AnyDesk, *, port: int, token: str, ended: Callable[[str], None] | None = None
+    desk: AnyDesk,
+    *,
+    port: int,
+    token: str,
+    runner: Runner,
+    ended: Callable[[str], None] | None = None,
 ) -> Application:
     """Build the application that serves a desk, with the guard around it.
 
@@ -583,11 +611,13 @@ def live_application(
         At which it is served.
     token
         The secret of its address.
+    runner
+        Runs a study and writes its report.
     ended
         Is told at the end, in words, where that was kept which was not saved; "" where all was. None
         to keep nothing.
     """
-    hub = Hub(desk)
+    hub = Hub(desk, runner)
     folder = files("workbench.live") / "page"
     pages = {name: (folder / name).read_bytes() for name in PAGE}
     viewer = {name: (files("workbench.draw.web") / name).read_bytes() for name in VIEW}
@@ -618,6 +648,12 @@ def live_application(
             return Response("There is no such film any more.", 404, media_type="text/plain")
         return FileResponse(path, media_type=FILM[path.suffix])
 
+    async def report(request: Request) -> Response:
+        path = hub.runs.path(request.path_params["name"])
+        if path is None or not path.is_file():
+            return Response("There is no such report any more.", 404, media_type="text/plain")
+        return FileResponse(path, headers={"content-security-policy": REPORT})
+
     async def icon(request: Request) -> Response:
         return Response(pages["icon.svg"], media_type=PAGE["icon.svg"])
 
@@ -641,6 +677,7 @@ def live_application(
         Route("/view/{name}", view),
         Route("/scene", scene),
         Route("/film/{name}", film),
+        Route("/report/{name:path}", report),
         WebSocketRoute("/ws", ask),
     ]
     return Guard(Starlette(routes=routes, lifespan=running), port=port, token=token)
@@ -651,6 +688,7 @@ def serve(
     *,
     port: int = 0,
     ready: Callable[[str], None],
+    runner: Runner,
     ended: Callable[[str], None] | None = None,
 ) -> None:
     """Serve a desk at 127.0.0.1 until the program is stopped.
@@ -661,7 +699,7 @@ def serve(
         At which it is served; one that is free if 0.
     ready
         Is given the address to open, with its token.
-    ended
+    runner, ended
         As of `live_application`.
 
     Raises
@@ -683,7 +721,7 @@ def serve(
         # one line holds all cookies of this machine; `websockets` takes 8 KB where it is not told so
         os.environ.setdefault("WEBSOCKETS_MAX_LINE_LENGTH", str(LONGEST_HEADERS))
         settings = uvicorn.Config(
-            live_application(desk, port=taken, token=token, ended=ended),
+            live_application(desk, port=taken, token=token, runner=runner, ended=ended),
             log_level="warning",
             access_log=False,
             lifespan="on",

@@ -405,7 +405,7 @@ class Shortfall:
     person, case
         The names of the role and of the case.
     what
-        What misses it: "eyes", "seat", "thighs", or the limb, as "left foot".
+        What misses it: "eyes too low", "eyes too high", "seat", "thighs", or the limb, as "left foot".
     words, why
         What is missed, and what limits it, "" where that is not known.
     size

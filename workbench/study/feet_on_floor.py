@@ -14,7 +14,7 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Seat
 from workbench.model.poses import Placed
 
-__all__ = ["BROAD", "FeetOnFloor", "feet_on_floor", "feet_words"]
+__all__ = ["BROAD", "LEGS", "UNDER", "FeetOnFloor", "feet_on_floor", "feet_words"]
 
 LEGS = {"LF": "LLL", "RF": "RLL"}
 """The lower leg of each foot."""

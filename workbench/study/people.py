@@ -40,7 +40,7 @@ from workbench.study.positions import (
     in_positions,
 )
 from workbench.study.requirements import asked_of
-from workbench.study.seat_words import move_words, setting_words, shortfalls
+from workbench.study.seat_words import move_words, setting_words, shortfalls, unjudged
 from workbench.study.settings import at_setting
 from workbench.study.situation import (
     Occupants,
@@ -148,7 +148,7 @@ def present_people(
         tuple(study.roles[row] for row in sorted(rows)),
         tuple(done[row] for row in sorted(rows)),
         tuple(said),
-        tuple(short),
+        tuple(unjudged(short, study.criteria)),
     )
 
 

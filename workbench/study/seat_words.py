@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
-from workbench.model.criterion import NO_REASON, Reason, short_words
+from workbench.model.criterion import NO_REASON, Criterion, Reason, short_words
 from workbench.model.result import Shortfall
 from workbench.model.units import plain
 from workbench.model.workplace import Workplace
@@ -23,7 +24,7 @@ from workbench.study.positions import Fitted, Tried
 from workbench.study.settings import adjustments_of, setting_text
 from workbench.study.situation import Situation, freely_seated, on_fixed_pedals, position_of
 
-__all__ = ["move_words", "setting_words", "shortfalls"]
+__all__ = ["move_words", "setting_words", "shortfalls", "unjudged"]
 
 REPORTED = 1e-3
 """A miss [m] that is reported."""
@@ -31,6 +32,8 @@ INSIDE = 5e-5
 """[m] A leg that is deeper in a part than allowed by less is not mentioned: it reads as 0.0 mm."""
 AT_END = 1e-6
 """Travel [m] that is none."""
+LOW = "eyes too low"
+HIGH = "eyes too high"
 FARTHER = 0.5
 """How far [m] beyond the ends of a seat's travel it is looked for where legs would have it."""
 PEDALS_OFF = 0.02
@@ -69,6 +72,18 @@ def shortfalls(situation: Situation) -> list[Shortfall]:
     return [one for one in found if one is not None]
 
 
+def unjudged(found: Sequence[Shortfall], criteria: Sequence[Criterion]) -> list[Shortfall]:
+    """Return those shortfalls that no criterion judges: how far the eyes may be off their point is
+    for an `eye_height` to say that has a limit on their side, whether it passes or fails."""
+    return [one for one in found if not any(_judges(criterion, one) for criterion in criteria)]
+
+
+def _judges(criterion: Criterion, one: Shortfall) -> bool:
+    limit = {LOW: criterion.below, HIGH: criterion.above}.get(one.what, math.inf)
+    asks = criterion.check == "eye_height" and criterion.asks(one.case)
+    return asks and one.person in criterion.people and limit < math.inf
+
+
 def _shortfall(
     situation: Situation, what: str, words: str, *, size: float, why: str = ""
 ) -> Shortfall:
@@ -92,7 +107,7 @@ def _eyes_off(situation: Situation, seated: Seated) -> Shortfall | None:
     )
     return _shortfall(
         situation,
-        "eyes",
+        LOW if above < 0 else HIGH,
         f"the eyes {where} {situation.eyes}",
         size=abs(above),
         why=f"the seat is as {way} as it goes" if left < AT_END else "",

@@ -11,6 +11,7 @@ import { Person } from "./person.js";
 import { Picture } from "./picture.js";
 import { Progress, Waiting } from "./progress.js";
 import { ReachMaps } from "./reach_map.js";
+import { Reporting } from "./reporting.js";
 import { nearRow } from "./rows.js";
 import { Sliders } from "./sliders.js";
 import { Things } from "./things.js";
@@ -30,6 +31,7 @@ const people = new People();
 const maps = new ReachMaps(at("people-maps"));
 const person = new Person(state);
 const looks = new Looks(state, picture, say);
+const reporting = new Reporting(say);
 const verdicts = new Verdicts(visit, showCase, (one) => person.mend(one));
 
 function take(found) {
@@ -39,6 +41,7 @@ function take(found) {
   if (head.kind === "busy") busy(head.what);
   if (head.kind === "people") people.show(head);
   if (head.kind === "reach_map") maps.show(head);
+  if (head.kind === "report") reporting.take(head);
   looks.take(found);
   if (head.kind === "near") showNear(head.rows);
   if (head.kind === "motion") progress.done(1);
@@ -96,6 +99,7 @@ function takeHello(head) {
   at("save").textContent = head.saves ? "Save" : "Save as…";
   if (head.notes.length) say(head.notes.join("; "));
   verdicts.forget(head.people);
+  reporting.hello(head);
   things.build(head);
   person.build();
   sliders.build();
@@ -143,13 +147,21 @@ function takeFault(head) {
   const choices = {
     sharing: [["change all", { sharing: "all" }], ["this one only", { sharing: "one" }]],
     over: [["save over it", { over: true }], ["reload", null]],
+    people: [["run it as it is", "as it is"], ["write another one", "anew"]],
   }[head.ask];
   at("choices").hidden = !choices;
   at("choices").replaceChildren(
     ...(choices ?? []).map(([words, given]) =>
-      element("button", words, { onclick: () => (given ? save(given) : ask("reload")) }),
+      element("button", words, { onclick: () => choose(head.ask, given) }),
     ),
   );
+}
+
+function choose(asked, given) {
+  at("choices").hidden = true;
+  if (asked === "people") reporting.many(given);
+  else if (given) save(given);
+  else ask("reload");
 }
 
 // What was asked is refused: every field shows what holds.
@@ -194,7 +206,7 @@ new Keys({
     const next = at("case").options[at("case").selectedIndex + step];
     if (next) showCase(next.value);
   },
-  others: { g: () => looks.ghost.toggle(), p: () => looks.copying.copy(), m: () => looks.filming.toggle() },
+  others: { g: () => looks.ghost.toggle(), p: () => looks.copying.copy(), m: () => looks.filming.toggle(), r: () => at("report-make").click() },
   play: () => looks.motion.play(Boolean(state.hello)),
 });
 guardLeaving(() => state.answer?.unsaved || changes());

@@ -13,7 +13,7 @@ let socket = null;
 let slow = 0;
 let told = () => {};
 const SLOW = 1500; // [ms] after which it is said that an answer is waited for
-const LOOKS = ["case", "envelope", "field", "film", "film_end", "frames", "gaps", "ghost", "measure", "motion", "near", "ready", "sit"];
+const LOOKS = ["case", "envelope", "field", "film", "film_end", "frames", "gaps", "ghost", "measure", "motion", "near", "ready", "report", "report_end", "sit"];
 const waiting = new Map();
 
 // Ask for something; a newer question of the same subject replaces one that waits, but for one that

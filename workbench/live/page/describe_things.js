@@ -15,7 +15,10 @@ export class Things {
 
   show(head, hello) {
     this.hello = hello;
-    const seats = head.seats.map((one) => ({ ...one, doubts: [...one.doubts, ...(head.seated[one.name] ?? [])] }));
+    const seats = head.seats.map((one) => {
+      const { doubts = [], notes = [] } = head.seated[one.name] ?? {};
+      return { ...one, doubts: [...one.doubts, ...doubts], notes: [...one.notes, ...notes] };
+    });
     this.list("seats", "seat", seats, (one) => this.seat(one), "Pick a cushion and a back in the picture.");
     this.list("controls", "control", head.controls, (one) => this.control(one), "Pick them in the picture.");
     this.list("points", "point", head.points, (one) => this.point(one), "Design eyes, heels, balls of the feet.");
@@ -81,7 +84,8 @@ export class Things {
     const picked = element("p", "", { className: "how" });
     const doubts = element("ul", "", { className: "doubts" });
     const fields = element("div", "", { className: "fields" });
-    made.append(picked, doubts);
+    const notes = element("ul", "", { className: "notes" });
+    made.append(picked, doubts, notes);
     const shows = [];
     const field = (words, figure, count, scale, step) => {
       const { made: numbers, show } = this.fields("seat", name, figure, count, scale, step);
@@ -112,6 +116,7 @@ export class Things {
       const some = one.cushion_faces || one.back_faces;
       picked.textContent = some ? `${parts}; cushion: ${faces(one.cushion_faces)}, back: ${faces(one.back_faces)}` : parts;
       doubts.replaceChildren(...one.doubts.map((words) => element("li", words)));
+      notes.replaceChildren(...one.notes.map((words) => element("li", words)));
       shows.forEach((each) => each(one));
     };
     return { made, show };

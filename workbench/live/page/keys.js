@@ -17,6 +17,7 @@ const KEYS = [
   ["G", "the saved state as a ghost beside what is"],
   ["P", "copy the picture"],
   ["M", "film the motion, or once round; end the film"],
+  ["R", "make the report"],
   ["?", "this list"],
 ];
 const TYPED = /^(number|text|search)$/;
@@ -132,6 +133,9 @@ export function commandsOf({ hello, panel, show, choosePerson }) {
     { ...press("mirror", "Mirror left and right"), off: at("posture-form").hidden },
     { ...press("envelope-ask", "Envelope of the hand"), off: at("limb").hidden },
     press("pair-points", "Measure two points"),
+    press("report-make", "Make the report", "R"),
+    { ...press("report-ask", at("report-ask").textContent), off: at("report-one").hidden || at("report-ask").disabled },
+    { ...press("report-end", "End the report that is being made"), off: at("report-going").hidden },
     press("help", "Keys", "?"),
   ];
   return rows.filter((one) => !one.off);

@@ -1,5 +1,6 @@
 // Verdicts, and what is wrong with how people hold their controls and sit, with what may mend it.
 
+import { plain } from "/view/pick.js";
 import { at, element } from "./elements.js";
 import { verdictRow } from "./rows.js";
 
@@ -11,7 +12,7 @@ export function summary({ rows, warnings, waits, motions }, troubled, one) {
   const looked = rows.filter((row) => row.asked).length;
   const known = [];
   if (failed) known.push(`${failed} failed`);
-  else if (!waits && looked) known.push(troubled ? "all passed, but see above" : "all passed");
+  else if (!waits && looked) known.push(troubled ? "all passed, but see below" : "all passed");
   else if (!waits) known.push("nothing was asked");
   if (one && looked) known[0] = `${known[0] ?? "being found"} for the one ${one} shown`;
   if (rows.length > looked && looked) known.push(`${rows.length - looked} found nothing to look at`);
@@ -33,6 +34,7 @@ export class Verdicts {
     this.one = many?.role ?? "";
     this.head = null;
     this.troubled = false;
+    this.said = new Set();
     at("asks").hidden = !many;
     at("asks").textContent = many ? `Asked of the one ${many.role} in the picture; the shares above are of everybody.` : "";
   }
@@ -44,6 +46,7 @@ export class Verdicts {
     for (const row of at("verdicts").children) this.mark(row);
     const wrong = people.filter(({ trouble }) => trouble.length);
     this.troubled = wrong.length > 0;
+    this.said = new Set(wrong.flatMap((one) => one.trouble));
     at("trouble").hidden = !this.troubled;
     at("trouble").replaceChildren(...wrong.flatMap((one) => this.rows(one)));
     this.title();
@@ -61,8 +64,8 @@ export class Verdicts {
   }
 
   judged(head) {
-    this.head = head;
-    const { warnings } = head;
+    const warnings = head.warnings.filter((words) => !this.said.has(plain(words))); // those are red already
+    this.head = { ...head, warnings };
     at("verdicts").classList.remove("waiting");
     at("verdicts").replaceChildren(...head.rows.map((row) => verdictRow(row, this.visit, this.show)));
     at("warnings").hidden = !warnings.length;

@@ -144,8 +144,9 @@ class PopulationBodies:
     the chunk's first and last rows; filled as chunks are worked on."""
     held: dict[int, SeatMemory] = field(default_factory=dict)
     """Where the people of a chunk were seated in other positions, by its number; filled too."""
-    kept: dict[int, Shared[Body]] = field(default_factory=dict)
-    """The dressed bodies of a chunk by its number, filled where chunks are few."""
+    kept: dict[int, Shared[Body]] = field(default_factory=dict, init=False)
+    """The dressed bodies of a chunk by its number, filled where chunks are few. Others than
+    these bodies begin without any."""
 
     def __len__(self) -> int:
         return len(self.sex)

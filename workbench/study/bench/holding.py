@@ -24,6 +24,7 @@ from workbench.study.bench.placing import (
     placed_person,
 )
 from workbench.study.bench.state import OpenStudy, PersonState
+from workbench.study.seat_words import unjudged
 
 __all__ = [
     "HELD_WITHIN",
@@ -181,7 +182,7 @@ def troubles(opened: OpenStudy, found: Answer, row: int) -> Trouble:
     person = one.person
     role = person.state.role
     off = limbs_off(opened, found.placement, row, one.tips)
-    missed = person.shortfalls
+    missed = unjudged(person.shortfalls, opened.study.criteria)
     words = [*_off_words(role, off), *(one.sentence for one in missed)]
     if not any(one.what == "thighs" for one in missed):
         words += _sunk(opened, found, row, one)

@@ -101,8 +101,9 @@ def faced(
 
 
 def _seat_words(opened: OpenPlace, description: Description, name: str) -> str:
-    doubts = figures_of(opened, description, name).doubts
-    return "; ".join([f"{name}: the figures are those of the planes", *doubts])
+    figures = figures_of(opened, description, name)
+    told = (*figures.doubts, *figures.notes)
+    return "; ".join([f"{name}: the figures are those of the planes", *told])
 
 
 def _part_doubts(opened: OpenPlace, description: Description, name: str) -> list[str]:

@@ -117,4 +117,4 @@ def _told(opened: OpenPlace, description: Description, name: str) -> NamedSeat:
         rules = {key: rule for key, rule in description.says["parts"].items() if key in parts}
         description = replace(description, says={"parts": rules, "seats": {name: seat}})
     lines = description_text(description, None)
-    return NamedSeat(lines, tuple(checks), figures.doubts)
+    return NamedSeat(lines, (*checks, *figures.notes), figures.doubts)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -15,13 +18,15 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.environment import Seat
 from workbench.model.poses import Placed, Poses
 from workbench.model.units import plain
 from workbench.posture.seating.seat import Seated, seat
-from workbench.study.feet_on_floor import feet_on_floor, feet_words
+from workbench.study.feet_on_floor import LEGS, UNDER, feet_on_floor, feet_words
 
 __all__ = [
     "PERSON",
+    "SeatedWords",
     "person_words",
     "seated_eye",
     "seated_person",
@@ -33,6 +38,8 @@ __all__ = [
 PERSON = "adult_male"
 ASIDE = 0.6
 """How far [m] beside the mesh the person stands."""
+BESIDE = 0.45
+"""A pedal farther [m] aside of the middle of a seat is another seat's."""
 
 
 @cache
@@ -98,8 +105,20 @@ def seated_eye(file: EnvironmentFile, name: str) -> Floats:
     return _seated("driving", file, name).eye[0]
 
 
-def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> list[str]:
-    """Return what is wrong with the feet of the person in a seat, and what would mend it.
+@dataclass(frozen=True)
+class SeatedWords:
+    """Sentences about a seat with somebody in it: doubts, which there is something to mend of, and
+    notes, of which nothing is."""
+
+    doubts: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> SeatedWords:
+    """Say what is wrong with the feet of the person in a seat, and what would mend it.
+
+    Who has pedals ahead is not at work with the feet at rest: that they would be under the floor
+    there is a note.
 
     Parameters
     ----------
@@ -112,8 +131,28 @@ def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> list[str]:
     pedals = {called: one for called, one in file.controls.items() if one.grip == "foot"}
     parts = [key for one in pedals.values() for key in one.part_keys]
     no_floor = [part for key in parts for part in matching_parts(key, ground.names)]
-    feet = feet_on_floor(seated_person(file, name), 0, own_seat, ground, without=no_floor)
-    return feet_words(f"{name}: {plain(PERSON)}, hands in the lap", feet, list(pedals))
+    placed = seated_person(file, name)
+    feet = feet_on_floor(placed, 0, own_seat, ground, without=no_floor)
+    who = f"{name}: {plain(PERSON)}, hands in the lap"
+    ahead = [called for called, one in pedals.items() if _is_ahead(one.at, placed, own_seat)]
+    if ahead and feet is not None and feet.above < -UNDER and math.isfinite(feet.ahead):
+        words = (
+            f"{who}: at rest the feet would be {-1e3 * feet.above:.0f} mm under {feet.part!r}; "
+            f"{' and '.join(ahead[:2])} {'are' if len(ahead) > 1 else 'is'} farther ahead, and a study "
+            f"puts the feet there"
+        )
+        return SeatedWords(notes=(words,))
+    return SeatedWords(tuple(feet_words(who, feet, list(pedals))))
+
+
+def _is_ahead(at: Sequence[float], placed: Placed, own_seat: Seat) -> bool:
+    """Whether a pedal is before a seat, farther ahead than the feet of who sits in it at rest."""
+    body = placed.body
+    feet = [placed.centres[0, body.spheres(body.segment(foot)), :2].mean(axis=0) for foot in LEGS]
+    ahead = np.array([math.cos(own_seat.yaw), math.sin(own_seat.yaw)])
+    x, y = np.array(at[:2]) - own_seat.srp[:2]
+    aside = ahead[0] * y - ahead[1] * x
+    return bool((np.array(at[:2]) - np.mean(feet, axis=0)) @ ahead > 0.0 and abs(aside) < BESIDE)
 
 
 def seated_person(file: EnvironmentFile, name: str) -> Placed:

@@ -28,6 +28,7 @@ __all__ = [
     "SavedPlace",
     "description_text",
     "next_commands",
+    "people_study",
     "save_description",
     "save_first_study",
     "unfinished",
@@ -207,12 +208,17 @@ def save_first_study(environment: str | Path, to: Path, *, people: int = 0) -> F
     return FirstStudy(tuple(guesses_of(text)), tuple(study.warnings))
 
 
+def people_study(study: Path) -> Path:
+    """Where the study of many people stands, beside a first study."""
+    return study.with_stem(f"{study.stem}_people")
+
+
 def next_commands(saved: Path) -> list[str]:
     """The commands that lead from an environment that was saved to studies of one and of many."""
     path = Path(os.path.relpath(saved))
     shown = path if ".." not in path.parts else saved
     study = shown.with_name("study.yaml")
-    people = study.with_stem(f"{study.stem}_people")
+    people = people_study(study)
     run = people if people.exists() or not study.exists() else study
     rows = [["new", str(shown), "--people", "100"], ["run", str(run)], ["live", str(study)]]
     if study.exists():
