@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import workbench as wb
-from tests.conftest import SHARED
+from tests.conftest import SHARED, box_part, environment_of
 from tests.reach_truth import HANDS, Seats, seats_of, study_of
 from workbench.model.posing import angles_of, compose
 from workbench.model.surroundings import move_parts
@@ -237,3 +237,26 @@ def searcher(seats: Seats, person: int, hand: str, grip: str, zone: int) -> Sear
     arm = wb.limb(one, hand, grip=grip, zone=zone)
     room = move_parts(seats.environment, seats.moving_parts, seats.displacement[person])
     return Searcher(one, arm, seats.pose(person), room)
+
+
+def longer_than_searched(seats: Seats, people: int, each: int, starts: int) -> list[float]:
+    """[m] by how much misses without obstacles exceed what the search finds: of the first people,
+    each hand and zone, for targets in all directions about their shoulders."""
+    nowhere = environment_of(box_part("far away", [90.0, 90.0, 90.0], [91.0, 91.0, 91.0]))
+    upper_arms = wb.place(seats.body, seats.poses).world_from_segment[:, :, :, 3]
+    longer = []
+    for seed, (hand, (grip, zone)) in enumerate(itertools.product(HANDS, GRIPS)):
+        rng = np.random.default_rng(seed)
+        shoulder = upper_arms[:people, seats.body.segment(hand[0].upper() + "UA")]
+        way = rng.normal(size=(people, 4 * each, 3))
+        away = rng.uniform(0.3, 1.3, (people, 4 * each, 1))
+        targets = shoulder[:, None] + away * way / np.linalg.norm(way, axis=2, keepdims=True)
+        for person in range(people):
+            one = seats.body[np.array([person])]
+            arm = wb.limb(one, hand, grip=grip, zone=zone)
+            found = wb.reach(one, seats.pose(person), targets[person], limb=arm)
+            search = Searcher(one, arm, seats.pose(person), nowhere)
+            for target in np.flatnonzero(~found.reached[0])[:each].tolist():
+                least, _ = search.nearest(targets[person, target], starts=starts, seed=target)
+                longer.append(float(found.miss[0, target]) - least)
+    return longer

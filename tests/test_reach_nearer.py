@@ -16,6 +16,7 @@ from tests.reach_law import (
     asked,
     broken_law,
     controls_of,
+    longer_than_searched,
     missed_by_obstacle,
     searcher,
     seats_in,
@@ -178,3 +179,12 @@ def test_an_independent_search_comes_no_nearer_to_targets_that_are_missed_but_by
             nearer.append(short(found)[person, target] - miss)
     assert judged
     assert max(nearer) < LOCAL, nearer
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("place", ["trainer", "console"])
+def test_an_independent_search_comes_no_nearer_to_targets_out_of_reach(places, place):
+    """But for one in 18: of 71 here 2 are told 3 mm too far; before, 8 were 2 to 7 mm."""
+    longer = longer_than_searched(places(place), people=3, each=2, starts=5)
+    assert len(longer) >= 30
+    assert sum(one > 2 * PRECISE for one in longer) <= len(longer) / 18, longer

@@ -47,7 +47,7 @@ def row(poses, b):
     )
 
 
-@pytest.fixture(scope="module", params=[12, pytest.param(64, marks=pytest.mark.nightly)])
+@pytest.fixture(scope="module", params=[8, pytest.param(64, marks=pytest.mark.nightly)])
 def crowd(request):
     """Women and men of many sizes, in turns, as rows of one body."""
     templates = [wb.load_body(name) for name in ("adult_female", "adult_male")]
@@ -82,7 +82,7 @@ def test_a_person_gets_the_same_answer_alone_in_any_order_and_in_any_crowd(
     for name, grip, zone in LIMBS:
         kind = "foot" if grip == "ball" else grip
         at = [control.at for control in room.controls if control.grip == kind][
-            : 2 if count == 12 else 4
+            : 2 if count == 8 else 4
         ]
         if not at:
             continue

@@ -20,7 +20,9 @@ FALSE = {"controls": 0.02, "real": 0.02, "pockets": 0.1}
 """Most of those said to be kept that the judge may find a way for."""
 FOUND = 0.99
 """Least share of what is reached that the judge finds a way for."""
-ENOUGH = 100
+ENOUGH = {"controls": 100, "real": 25, "pockets": 100}
+"""Least that are judged of a group. In real cockpits few are kept: of 10 people and 840 reaches at
+coarse detail 13."""
 MISSED = pytest.mark.xfail(strict=False, reason="the search misses ways: docs/reliability.md")
 """Measured: about 8 in 100 in the trainer's pockets at medium and coarse detail, near the bound; at
 fine detail it was not counted again."""
@@ -63,7 +65,7 @@ def tallies(tmp_path_factory):
 def test_the_judge_finds_what_is_reached_and_has_enough_to_judge(tallies, group):
     rows = tallies(group)
     assert sum(tally.found for tally in rows) >= FOUND * sum(tally.tried for tally in rows)
-    assert sum(tally.judged for tally in rows) >= ENOUGH
+    assert sum(tally.judged for tally in rows) >= ENOUGH[GROUPS[group][0]]
 
 
 @pytest.mark.parametrize(
