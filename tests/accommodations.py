@@ -297,7 +297,7 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
         requirements.append(Requirement(name, "room to move", "clearance", target))
         columns.append(margin)
     requirements.append(
-        Requirement("eyes at the design eye point", "view", "eye_height", "left_design_eye")
+        Requirement("eyes at the height of the design eye", "view", "eye_height", "left_design_eye")
     )
     columns.append(0.09 - np.abs(people.column("eye_height_sitting") - 0.77))
     requirements.append(Requirement("pedals within the seat's travel", "seat", "pedals", "left"))

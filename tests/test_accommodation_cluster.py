@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -89,3 +92,20 @@ def test_a_worker_that_is_killed_loses_nothing(toy, tmp_path):
     for name in ("margin", "seat", "reason"):
         assert np.array_equal(getattr(found, name), getattr(alone, name), equal_nan=True), name
     assert found.reasons == alone.reasons and found.shares == alone.shares
+
+
+@pytest.mark.nightly
+def test_a_scheduler_that_is_gone_is_one_message(toy, tmp_path, capfd):
+    address = "tcp://127.0.0.1:8797"
+    start = [sys.executable, "-m", "dask", "scheduler", "--port", "8797", "--no-dashboard"]
+    with subprocess.Popen(start, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as own:
+        gone = (
+            rf"the Dask scheduler at '{address}' is gone, and with it the jobs that were not done"
+        )
+        time.sleep(8.0)
+        capfd.readouterr()
+        with pytest.raises(wb.InputError, match=gone), dask_executor(address) as executor:
+            jobs = completed(abs, [1, 2], lambda key: (key,), executor=executor)
+            own.kill()
+            list(jobs)
+    assert "Traceback" not in capfd.readouterr().err

@@ -3,6 +3,7 @@ it."""
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -27,6 +28,7 @@ from workbench.draw.contours import kernel_regression, level_loops, median_spaci
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
 from workbench.model.criterion import NO_REASON, TOO_SHORT, Reason
+from workbench.model.units import UNITS
 from workbench.report.page import page
 from workbench.report.population.charts import (
     bar,
@@ -39,10 +41,12 @@ from workbench.report.population.charts import (
 from workbench.report.population.rows import population_lines, population_rows
 from workbench.report.population.words import (
     gain_sentence,
+    limiting_words,
     person_sentence,
     population_headline,
     reason_words,
     requirement_sentence,
+    spare_words,
 )
 from workbench.report.result_rows import result_file
 
@@ -115,9 +119,11 @@ def test_the_terminal_says_once_that_no_single_requirement_lets_anybody_in():
     assert lines[:3] == [
         "    0 %  meet “reach flaps”",
         "    0 %  meet “right knee clear of the panel”",
-        "Everybody who is left out misses two requirements or more: dropping a single one would gain nothing.",
+        "Everybody who is left out misses two requirements or more: dropping a single requirement would gain nothing.",
     ]
-    assert [line for line in lines if "%  " in line][2:] == ["    0 %  everybody (0 to 28 %)"]
+    assert [line for line in lines if "%  " in line][2:] == [
+        "    0 %  fit: everybody (95 % interval 0 to 28 %)"
+    ]
 
 
 def test_it_is_said_what_a_longer_move_would_enter_and_what_is_not_proposed_for_that():
@@ -136,12 +142,22 @@ def test_it_is_said_what_a_longer_move_would_enter_and_what_is_not_proposed_for_
     assert "was not looked at" in " ".join(population_lines(replace(found, place=still)))
 
 
+def test_who_misses_more_in_one_position_may_fit_in_another_without_it():
+    margin = np.full((10, 2), -0.01)
+    margin[0] = 0.01
+    found = made(trainer_people(10), [FLAPS, KNEE], margin)
+    found = replace(found, without=np.array([1.0, 0.1]), only=np.zeros(2))
+    said = population_headline(found)
+    other = "but without it 100 % would fit in some other position of the seat)"
+    assert f"(nobody misses only this, {other}" in said
+
+
 def test_the_terminal_says_whom_one_requirement_alone_leaves_out(ten):
     lines = population_lines(ten)
     assert (
         lines[0] == "   60 %  meet “reach flaps” (30 % miss only this, without it 70 % would fit)"
     )
-    assert lines[-1] == "   40 %  everybody, with no overlap beyond what is allowed"
+    assert lines[-1] == "   40 %  fit and overlap nothing by more than is allowed: everybody"
 
 
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
@@ -185,12 +201,13 @@ def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
     tall = 1000 * ten.people.column("stature")[0]
     assert said.startswith(
         f"A man of {tall:,.0f} mm (male 1): his right hand stays 41 mm short of flaps in zone 2, "
-        "limited by the length of the arm. His thumb tip reach is "
+        "limited by the length of the arm. Of his measures that matter for this, the most unusual is "
+        "thumb tip reach, "
     )
     assert said.endswith("1 more requirement is not met.")
     assert "the men here" not in said  # five men are too few to be compared with
     assert "women here have more" in person_sentence(trainer_accommodation(200, shown=False), 102)
-    assert "right knee is 12 mm too close to instrument panel" in person_sentence(ten, 5)
+    assert "right knee is 12 mm deep in instrument panel" in person_sentence(ten, 5)
     assert person_sentence(ten, 9).endswith("is met, “reach flaps” with 50 mm to spare.")
 
 
@@ -310,9 +327,9 @@ def test_each_kind_of_reason_has_its_words(reason, said):
         (
             KNEE,
             Reason("near", "right lower leg (knee cap)", at="instrument_panel"),
-            "her right lower leg (knee cap) is 12 mm too close to instrument panel",
+            "her right lower leg (knee cap) is 12 mm deep in instrument panel",
         ),
-        (KNEE, NO_REASON, "her body is 12 mm too close to instrument panel"),
+        (KNEE, NO_REASON, "her body is 12 mm deep in instrument panel"),
         (
             Requirement("view over the nose", "v", "view_over", "coaming"),
             Reason("words", "eyes too low"),
@@ -339,7 +356,36 @@ def test_each_kind_of_requirement_is_told_in_its_own_words(requirement, reason, 
     result = made(
         trainer_people(1), [requirement], [[-0.012]], reason=np.array([[0 if reason else -1]])
     )
-    assert f"): {said}. Her " in person_sentence(replace(result, reasons=(reason,)), 0)
+    assert f"): {said}. Of her " in person_sentence(replace(result, reasons=(reason,)), 0)
+
+
+@pytest.mark.parametrize(
+    ("short", "said"),
+    [
+        (-0.012, "her right knee is 12 mm too close to instrument panel"),
+        (
+            -0.064,
+            "her right knee is 39 mm deep in instrument panel, 64 mm short of the clearance asked for",
+        ),
+    ],
+)
+def test_an_overlap_is_never_called_a_gap(short, said):
+    # 25 mm are asked for: 12 mm less are 13 mm apart, 64 mm less are 39 mm deep
+    made_up = made(trainer_people(1), [KNEE], [[short]], shown=True)
+    asked = tuple(replace(c, at_least=0.025) for c in made_up.study.criteria)
+    found = replace(made_up, study=replace(made_up.study, criteria=asked))
+    assert said in person_sentence(found, 0)
+
+
+def test_a_measure_that_half_of_the_people_have_is_not_called_unusual():
+    people = trainer_people(200)
+    women = np.flatnonzero(people.sex == 1)
+    order = women[np.argsort(people.column("popliteal_height")[women])]
+    found = made(people, [KNEE], np.full((200, 1), -0.01))
+    found = replace(found, limiting=("popliteal_height",) * 200)
+    assert limiting_words(found, order[len(order) // 2]) == ""
+    told = limiting_words(found, order[0])
+    assert "the most unusual is popliteal height" in told and "women here have more" in told
 
 
 def test_the_page_is_whole_closed_and_the_same_each_time(usual):
@@ -401,7 +447,7 @@ def test_where_nobody_fits_the_headline_says_what_keeps_everybody_and_what_would
         "“reach flaps” from 0 to 100 % and all requirements together from 0 to 75 %."
     )
     both = made(people, [FLAPS, KNEE], np.stack([flaps, flaps], axis=1))
-    assert "whoever is nearest to fitting misses “reach flaps” (100 %) and “right" in (
+    assert "who comes nearest to fitting misses “reach flaps” and “right" in (
         population_headline(both)
     )
 
@@ -587,3 +633,17 @@ def test_a_map_of_a_single_point_is_drawn_too():
         share=found.share[:1],
     )
     ElementTree.fromstring(reach_map_svg(one, trainer()))
+
+
+def test_less_than_one_unit_to_spare_is_not_nothing():
+    share = UNITS["share"]
+    assert spare_words(0.002 * share.counts, share) == "0.2 % to spare"
+    assert spare_words(0.0, share) == "nothing to spare"
+
+
+@given(st.floats(0.0, 0.99))
+def test_figures_on_the_axis_of_shares_stand_apart(least):
+    # in print the column is 40 mm wide and "100 %" takes a quarter of that
+    places = [float(x) for x in re.findall(r'<text x="([\d.]+)%"', share_axis(least))]
+    assert 1 <= len(places) <= 4 and places[-1] == pytest.approx(96.0)
+    assert all(b - a > 25 for a, b in itertools.pairwise(places))

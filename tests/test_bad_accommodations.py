@@ -17,6 +17,7 @@ from workbench.cli import main
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
 from workbench.study.accommodation.accommodation import _hopeless
+from workbench.study.accommodation.limiting import odd_people
 from workbench.study.checks.margins import Asked
 from workbench.study.executors import dask_executor
 from workbench.study.warnings import buried_controls
@@ -246,6 +247,43 @@ def test_a_man_of_17_metres_is_named_by_row_and_column(tmp_path):
         wb.InputError, match=r"rows.csv:3: stature: 17550 mm is absurd for a person; 630 to 2800 mm"
     ):
         load_study(rows_file(tmp_path, tall))
+
+
+def test_check_tells_of_the_same_odd_people_as_a_run(tmp_path, capsys):
+    def high_knee(table):
+        table[2][table[0].index("kneeheightsitting")] = "700"
+
+    path = rows_file(tmp_path, high_knee)
+    assert main(["check", str(path)]) == 0
+    told = capsys.readouterr().err
+    (said,) = odd_people(load_study(path).crowd.population)
+    assert "p1 (knee_height_sitting 700 mm)" in said
+    assert f"{path}: warning: {said}" in told
+
+
+def test_check_tells_of_an_improbable_size_as_a_run_does(tmp_path, capsys):
+    sized = "size: {sex: male, measures: {stature: 1900, sitting_height: 800}}"
+    study = STUDY[: STUDY.index("criteria:")] + "criteria:\n  - {name: stops, check: stops}\n"
+    swap = {"population: {people: 10, seed: 3}": sized}
+    path = write_toy(tmp_path, study=study, swap=swap)
+    assert main(["check", str(path)]) == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "sitting height 800 mm is" in told and "there may be no such person" in told
+
+
+def test_measures_that_only_some_files_have_are_told(tmp_path):
+    path = rows_file(tmp_path, lambda table: None)
+    with (tmp_path / "rows.csv").open(newline="") as file:
+        table = list(csv.reader(file))
+    out = table[0].index("chestbreadth")
+    with (tmp_path / "few.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([row[:out] + row[out + 1 :] for row in table])
+    both = "files: [../rows.csv, ../few.csv]"
+    path.write_text(path.read_text().replace("files: [../rows.csv]", both))
+    (said,) = [words for words in load_study(path).warnings if "not read" in words]
+    assert said.endswith(
+        "rows.csv: chest breadth: not read, as not every file of these people has it"
+    )
 
 
 def test_a_missing_measure_is_named_by_row_and_column(tmp_path):

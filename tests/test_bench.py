@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from workbench.contact.collide import allowed_depth, nearest
 from workbench.errors import InputError
 from workbench.files.study.saving import read_text
 from workbench.files.yaml_text import read_yaml
+from workbench.model.environment import Control
 from workbench.model.surroundings import Move, Surroundings, move_parts
 from workbench.posture.reaching.limbs import limb
 from workbench.study.bench.answers import answer, judged, near_pairs
@@ -29,7 +31,7 @@ from workbench.study.bench.edits_joints import LimbTarget, mirrored, reached, tu
 from workbench.study.bench.edits_people import SizeWanted, dressed, sized
 from workbench.study.bench.edits_postures import freed, posed, predicted, suggested
 from workbench.study.bench.history import TOGETHER, Entry, History
-from workbench.study.bench.placing import placed_people
+from workbench.study.bench.placing import controls_there, placed_people
 from workbench.study.bench.saving import said, save
 from workbench.study.bench.state import (
     Arrangement,
@@ -183,6 +185,15 @@ def test_a_hand_takes_hold_of_a_control(trainer, placement):
     assert edit.words == "right hand on throttle"
     with pytest.raises(InputError, match="no control 'thrott'; did you mean 'throttle'"):
         reached(trainer, placement, "pilot", LimbTarget("right hand", control="thrott"))
+
+
+def test_a_control_on_the_own_seat_is_where_that_stands(trainer):
+    environment = trainer.study.environment
+    knob = Control("knob", (0.2, 0.3, 0.5), "push", 1, environment.parts[trainer.movers[0][0]])
+    there = replace(environment, controls=(*environment.controls, knob))
+    *others, moved = controls_there(trainer, there, 0, np.array([0.05, 0.0, -0.02]))
+    assert moved.at == pytest.approx((0.25, 0.3, 0.48))
+    assert tuple(others) == environment.controls
 
 
 def test_a_hand_on_a_control_stays_there_until_its_arm_is_turned(trainer, placement):
@@ -476,6 +487,7 @@ def test_a_file_that_changed_meanwhile_is_not_written_over(trainer, placement, t
 
 KILLED = """
 import sys
+from dataclasses import replace
 from pathlib import Path
 import workbench as wb
 from tests.killed import killed_before

@@ -99,6 +99,9 @@ def test_a_prediction_says_how_deep_the_thighs_are_and_the_seat_may_go_along(tra
         "own are given up in looking left"
     )
     assert edit.arrangement.people[0].free
+    feet = {limb: name for limb, name in CONTROLS.items() if "foot" in limb}
+    idle = predicted(trainer, small_woman, "pilot", replace(wanted, controls=feet)).words
+    assert "the left hand and the right hand hold no control and stay as in posture driving" in idle
 
 
 def test_a_seat_without_travel_is_not_offered_to_go_along(trainer, small_woman):

@@ -341,10 +341,12 @@ def test_the_page_says_who_is_undecided_and_by_how_much_surfaces_are_known(writt
     page = (folder / "report.html").read_text()
     assert result["headline"].startswith("81 % of the population fits (95 % interval 57 to 93 %,")
     undecided = (
-        ". Within the error of the body model's surface 75 % fit, 6 % do not and 19 % are "
+        ". Allowing for the error of the body model's surface, 75 % fit, 6 % do not and 19 % are "
         "undecided."
     )
     assert undecided in result["headline"]
+    (asked,) = result["verdicts"]
+    assert asked["sentence"].removesuffix(".") in result["headline"]  # with its doubt
     everybody = result["population"]["shares"][0]
     assert (everybody["certain"], everybody["possible"]) == (0.75, 0.9375)
     assert "3 people (19" in page and "1 of them counts as fitting here" in page
@@ -377,15 +379,15 @@ def test_the_undecided_are_counted_in_words():
     found = found_of_margins(9, 9, 3, 1, -1, -3, 9, 9, 9, 9)
     assert population_headline(found).startswith("80 % of the population fits (")
     undecided = (
-        ". Within the error of the body model's surface 60 % fit, 10 % do not and 30 % are "
+        ". Allowing for the error of the body model's surface, 60 % fit, 10 % do not and 30 % are "
         "undecided."
     )
     assert undecided in population_headline(found)
     assert certainty_words(found) == (
         "The body model's surface has a stated error: a true clearance may be up to 4 mm smaller or "
-        "up to 2 mm larger than computed. Within that error 60 % of the people fit and 10 % do not, "
+        "up to 2 mm larger than computed. Wherever it lies within that error, 60 % of the people fit and 10 % do not, "
         "in the position that was found for them; 3 people (30 %) are undecided. 2 of them count as "
-        "fitting here; no other position of the seat that was tried is certain. The requirement most often "
+        "fitting here; no other position of the seat was found in which they fit for certain. The requirement most often "
         "undecided is “knees to panel”: for 3 of 10 people."
     )
 
@@ -397,7 +399,7 @@ def test_the_undecided_are_counted_in_words():
         ((9, 9, -1), "This person counts as not fitting here."),
         ((9, -1, -1), "None of them counts as fitting here."),
         ((9, 1, -1), "1 of them counts as fitting here; no other position"),
-        ((9, 9, -9), "Within that error the same people fit."),
+        ((9, 9, -9), "Wherever it lies within that error, the same people fit."),
     ],
 )
 def test_words_of_the_undecided_follow_their_number(margins, said):

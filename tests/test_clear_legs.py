@@ -60,22 +60,23 @@ FEET = ("left foot", "right foot")
 ASIDE = np.array([1.0, -1.0, 1.0])
 
 
-def sat(folder, post=None):
-    """A run in which a man sits with his feet on pedals, a box [mm] named post in his way or none."""
+def sat(folder, post=None, *, environment=None, study=STUDY, more=None):
+    """A run in which a man sits with his feet on pedals, a box [mm] named post in his way or none, and
+    more boxes by their names."""
     place = folder / "environments" / "knees"
     place.mkdir(parents=True, exist_ok=True)
-    boxes = BOXES if post is None else BOXES | {"post": post}
+    boxes = BOXES | ({} if post is None else {"post": post}) | (more or {})
     lines = []
     for k, (name, (low, high)) in enumerate(boxes.items()):
         corners = np.asarray(low) + BOX * (np.asarray(high) - low)
         lines += [f"o {name}", *(f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in corners.tolist())]
         lines += [f"f {a} {b} {c}" for a, b, c in (BOX_FACES + 8 * k + 1).tolist()]
     (place / "knees.obj").write_text("\n".join(lines) + "\n")
-    (place / "environment.yaml").write_text(ENVIRONMENT)
+    (place / "environment.yaml").write_text(ENVIRONMENT if environment is None else environment)
     (folder / "studies").mkdir(exist_ok=True)
-    study = folder / "studies" / "knees.yaml"
-    study.write_text(STUDY)
-    result = wb.run(wb.load_study(study))
+    file = folder / "studies" / "knees.yaml"
+    file.write_text(study)
+    result = wb.run(wb.load_study(file))
     return result.postures[0], result.postures[0].people[0]
 
 

@@ -39,6 +39,22 @@ def test_the_nearest_place_is_one_that_a_run_with_the_control_there_confirms(toy
     assert there.population.single[row] >= region.share[region.nearest] >= 0.9
 
 
+def test_the_share_where_it_is_is_that_of_the_run_wherever_a_long_travel_lets_people_sit(tmp_path):
+    """From the most comfortable position of the seat nobody reaches the knob, who goes forward for it."""
+    path = write_toy(tmp_path, knob=900, people=4)
+    room = tmp_path / "environments/toy/environment.yaml"
+    text = room.read_text()
+    room.write_text(
+        text.replace("{forward: [0, 0], up: [0, 0]}", "{forward: [0, 80], up: [0, 60]}")
+    )
+    study = wb.load_study(path)
+    found = wb.run(study).population
+    row = [one.name for one in found.requirements].index("reach knob by the right hand")
+    region = control_region(study, "knob", share=0.9, within=0.05, spacing=0.05)
+    assert region.known[region.today] == region.together == pytest.approx(found.single[row])
+    assert found.seat.any() and found.single[row] > 0
+
+
 def test_places_nearer_to_the_shoulder_are_reached_by_no_fewer(toy):
     """On the line from the knob straight aft: the arm does not get longer."""
     region = toy[2]
@@ -101,7 +117,7 @@ def test_a_control_out_of_everybodys_reach_says_so_and_where_most_would_reach_it
     said = capsys.readouterr().out
     assert (
         code == 0
-        and "0 % of 2 people reach knob where it is, each from the most comfortable position of the seat; 100 % do"
+        and "0 % of 2 people reach knob where it is, each from one position of the seat for everything; 100 % do"
         in said
     )
 
@@ -157,12 +173,32 @@ def test_who_may_step_reaches_what_is_reached_from_the_ends_of_the_area(tmp_path
     nearer = standing_at(tmp_path / "nearer", 400)
     assert stays.known[stays.today] == 0 and nearer.known[nearer.today] == 1
     assert steps.share[steps.today] == 1 and steps.enough[nearer.enough].all()
-    assert steps.standing
+    assert steps.standing and steps.steps and not stays.steps
+    assert steps.together == 1 and stays.together == stays.known[stays.today]
 
 
-def test_nobody_steps_into_a_part_for_a_control(tmp_path):
-    area = ", area: {forward: [0, 400]}"
-    bench = corners((0.2, -0.5, 0.3), (0.6, 0.5, 0.5))
-    free = standing_at(tmp_path / "free", 0, area)
-    kept = standing_at(tmp_path / "in", 0, area, {"bench": bench})
-    assert (free.known[free.today], kept.known[kept.today]) == (1, 0)
+def test_who_steps_for_a_control_alone_and_who_does_everything_from_one_place_are_told_apart(
+    tmp_path, capsys
+):
+    """Two knobs 1.6 m apart: each is reached from its own end of the area, both from nowhere."""
+    study = SHELF.replace("controls: [knob]", "controls: [knob, other]").replace("ON", "400")
+    study = study.replace("AREA", ", area: {left: [-800, 800]}")
+    standing_at(tmp_path / "room", 400)
+    place = tmp_path / "room" / "shelf" / "environment.yaml"
+    knobs = "".join(
+        f"{name}: {{at: [900, {y}, 1100], grip: push, zone: 2, part: post}}, "
+        for name, y in (("knob", -800), ("other", 800))
+    )
+    place.write_text(place.read_text().split("controls:")[0] + f"controls: {{{knobs}}}\n")
+    path = tmp_path / "room" / "study.yaml"
+    path.write_text(study)
+    found = wb.run(wb.load_study(path)).population
+    row = [one.name for one in found.requirements].index("reach knob")
+    command = ["where", str(path), "--control", "knob", "--spacing", "100", "--within", "100"]
+    assert main([*command, "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert found.single[row] < 1 and not found.served.any()
+    assert said.startswith(
+        "Knob may stay where each steps for it alone: 100 % of 3 people reach it there, and 95 % "
+        f"must; {100 * found.single[row]:.0f} % do, each from one place to stand for everything."
+    )

@@ -303,10 +303,10 @@ def test_movement_is_told_in_the_words_of_the_limbs():
     told = movement_sentences(BODY, standing(np.zeros(41), time, angles=angles))
     assert told[0] == "The neck pivot flexes from 0 to 30 degrees between 0 and 400 ms."
     assert told[1] == (
-        "The right arm reaches forward and up; the elbow extends from 95 to 20 degrees in 0.4 s, "
-        "the shoulder flexes from 0 to 100 degrees in 0.4 s."
+        "The right arm reaches forward and up; the elbow extends from 95 to 20 degrees in 400 ms, "
+        "the shoulder flexes from 0 to 100 degrees in 400 ms."
     )
-    assert told[2].startswith("The right hand ends up ")
+    assert told[2].startswith("After 400 ms the right hand is away from where it was: ")
     assert told[-1].startswith("Directions of arms are relative to the upper torso")
 
 
@@ -318,8 +318,8 @@ def test_a_limb_that_comes_nearer_to_its_joint_is_drawn_in_and_later_turns_say_w
         angles[:, BODY.joint(joint), axis] = sign * np.radians(60 * np.clip(2 * time - 1, 0, 1))
     told = movement_sentences(BODY, standing(np.zeros(101), time, angles=angles))
     assert told[0] == (
-        "The left leg is drawn in, forward and up; the hip flexes from 0 to 60 degrees in 0.5 s, "
-        "the knee flexes from 0 to 60 degrees in 0.5 s (from 500 ms)."
+        "From 500 ms on the left leg is drawn in, forward and up; the hip flexes from 0 to 60 degrees "
+        "in 500 ms, the knee flexes from 0 to 60 degrees in 500 ms."
     )
 
 

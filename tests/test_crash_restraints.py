@@ -99,7 +99,10 @@ def test_forces_come_into_words_tables_and_the_page(fall, tmp_path, capsys):
     table = list(csv.DictReader((tmp_path / "out/forces.csv").read_text().splitlines()))
     assert float(table[2]["LF floor [N]"]) == pytest.approx(4000, abs=1)
     page = (tmp_path / "out/report.html").read_text()
-    assert "Forces over time" in page and "Forces are those of the laws that are stated" in page
+    assert (
+        "Forces over time" in page
+        and "Forces are those of the force laws and belts that the study states" in page
+    )
     capsys.readouterr()
 
 

@@ -118,3 +118,13 @@ def test_named_spheres_are_known_as_well_as_their_segment(one_arm):
     assert found.doubtful == found.worst
     missed = only(found_of(study(body, replace(asks, at_least=0.4555))))
     assert missed.doubtful == missed.breaches[0]
+
+
+def test_the_doubt_that_is_told_is_that_of_the_finding_nearest_to_its_limit(one_arm):
+    # the thumb tip is 1 mm and the hand's middle 11 mm beyond what is asked; known to 20 mm
+    made = outcome(one_arm, 0.454, outside=0.02, inside=0.02)
+    found = only(made)
+    assert found.doubtful == found.worst
+    far = replace(found.worst, value=found.worst.limit + 0.011, surface_known_to=0.02)
+    said = verdict_sentence(replace(found, doubtful=far))
+    assert said.count("11.0 mm to spare") == 1 and "Not certain: hand" in said

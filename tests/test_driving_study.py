@@ -13,7 +13,9 @@ from tests.crowds import Crowd, crowd_of
 from tests.test_driving import foot_and_calf
 from workbench import eyellipse, load_study, seat_curve
 from workbench.model.driving import DrivingAims
+from workbench.posture.seating.seat import SeatMemory
 from workbench.study.persons import drivers_among
+from workbench.study.situation import seating_of, take_places
 from workbench.study.workplaces import occupant
 
 STUDY = """
@@ -184,6 +186,21 @@ def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(wri
     last = study.seated(bodies[4:], [4, 5])
     assert np.array_equal(whole.forward[4:], last.forward)
     assert max(whole.miss["right foot"]) < 1e-3
+
+
+def test_drivers_are_remembered_where_they_sat_and_all_have_one_topology(written):
+    study = crowd_of(written(CREW.replace("coarse\n", "coarse\n    clothes: [shoes]\n", 1)))
+    seating = seating_of(study.question.place, 0)
+    rows = np.array([1, 4])
+    held = np.array([[0.02, 0.01], [-0.03, 0.0]])
+    who = replace(study.occupants(study.bodies[rows], rows), seats=SeatMemory())
+    fresh = take_places(seating, replace(who, seats=None), held)
+    first, again = (take_places(seating, who, held) for _ in range(2))
+    for found in (first, again):
+        assert np.array_equal(found.poses.rotations, fresh.poses.rotations)
+        assert np.array_equal(found.seated.pressed, fresh.seated.pressed)
+    assert sum(map(len, who.seats.known.values())) == 2
+    assert study.bodies[0].topology is study.bodies[rows].topology
 
 
 def test_a_population_with_somebody_who_cannot_drive_names_the_person(written):

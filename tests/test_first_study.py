@@ -286,7 +286,7 @@ def pedals_moved(folder, by):
     seat = DRIVER.replace("yaw: 0", "yaw: 0, travel: {forward: [-20, 20], up: [0, 0]}")
     first(write_cab(folder, controls=f"{{{rows}}}", seats=(("driver", seat),)))
     found = wb.run(wb.load_study(folder / "study.yaml")).warnings
-    return [re.search(r"pedals are (\d+) mm too (near|far) for the legs: the seat would have to go \1 mm farther (back|forward)", line) for line in found]  # fmt: skip
+    return [re.search(r"(?:pedals|these) are (\d+) mm too (near|far) for legs at ease: the seat would have to go \1 mm farther (back|forward)", line) for line in found]  # fmt: skip
 
 
 def test_pedals_too_near_or_too_far_say_by_how_much(tmp_path):

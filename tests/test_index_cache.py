@@ -102,7 +102,7 @@ def test_a_field_from_disk_gives_the_same_answers_as_one_just_made(
     environment = environment_of(soup(1, 40))
     answers = []
     for _ in range(2):
-        fields.field_of.cache_clear()
+        fields._field_of.cache_clear()
         answers.append(wb.room(placed, environment, grid=True))
     assert len(list(folder.iterdir())) == 1
     assert np.array_equal(*answers, equal_nan=True)
@@ -113,7 +113,7 @@ def test_an_index_stays_where_a_control_moves_and_is_made_anew_where_a_part_does
 ):
     monkeypatch.setattr(fields, "WORTH_KEEPING", 10)
     placed = wb.place(one_arm, random_arm(80, 1))
-    environment = environment_of(soup(1, 40))
+    environment = environment_of(soup(3, 40))
     knob = Control("knob", (0.0, 0.0, 1.0), "push", 1, environment.parts[0])
     others = [
         replace(environment, controls=(knob,), points={"eye": (0.0, 0.0, 1.0)}),
@@ -124,3 +124,12 @@ def test_an_index_stays_where_a_control_moves_and_is_made_anew_where_a_part_does
         wb.room(placed, one, grid=True)
         counts.append(len(list(folder.iterdir())))
     assert counts == [1, 1, 2]
+
+
+def test_environments_of_one_shape_share_one_index():
+    environment = environment_of(soup(1, 40))
+    seen = replace(environment, vertices=environment.vertices + 0.0, points={"eye": (0, 0, 1.0)})
+    other = replace(environment, circle_radius=environment.circle_radius + 1e-9)
+    one, same, another = (fields.field_of(each, ((0,),)) for each in (environment, seen, other))
+    assert same is one
+    assert another is not one

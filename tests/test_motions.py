@@ -4,10 +4,14 @@ its line."""
 from __future__ import annotations
 
 import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import process_time
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.conftest import SHARED, real_input
 from tests.whole_motions import read_bvh, read_coordinates, read_segment_table
@@ -18,8 +22,10 @@ from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.files.motions.tables import angle_table_text, read_angle_table, table_kind
 from workbench.model.posing import ContinuousAngles, angles_of, compose
+from workbench.model.quaternions import matrices
 from workbench.motion.recorded.retarget import retarget
 from workbench.motion.recorded.skeleton import bone_positions
+from workbench.study.motions import load_motion, written_loss
 
 JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
 BODY = load_body("bubbleman")
@@ -400,15 +406,51 @@ def test_missing_and_empty_files_are_told(tmp_path):
         read_bvh(written(tmp_path, "\n"))
 
 
-def test_a_motion_written_as_bvh_comes_back(tmp_path, motion):
-    path = written(tmp_path, "".join(bvh_text(BODY, motion, [place(BODY, motion)])))
-    again, notes = retarget(
-        BODY, read_bvh(path), names={s: s for s in BODY.segments[1:]}, metres=0.01, up="y"
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), right_angles=st.booleans(), reference=st.integers(0, 18))
+def test_every_motion_comes_back_from_every_form_of_frames(seed, right_angles, reference):
+    random = np.random.default_rng(seed)
+    turns = random.normal(size=(5, 20, 4))
+    if right_angles:  # quarter and half turns, and a little
+        turns = np.sign(turns) * (np.abs(turns) > 0.7) + 1e-8
+    turns /= np.linalg.norm(turns, axis=-1, keepdims=True)
+    world = np.concatenate([matrices(turns[:, 19]), 9 * random.normal(size=(5, 3, 1))], axis=-1)
+    motion = Poses(turns[:, :19], reference, world, 0.01 * np.arange(5))
+    with TemporaryDirectory() as folder:
+        for name, text in (
+            ("m.csv", angle_table_text(BODY, motion)),
+            ("m.bvh", bvh_text(BODY, motion, [place(BODY, motion)])),
+        ):
+            path = written(Path(folder), "".join(text), name)
+            assert written_loss(BODY, motion, path) == ""
+            was, now = (joints_of(poses) for poses in (motion, load_motion(BODY, path)[0]))
+            assert np.abs(was - now).max() < 1e-6
+
+
+def test_a_knee_that_twists_and_a_person_who_lies_are_read_as_written(tmp_path, capsys):
+    turned = "time [s], pitch [deg], LK.flexion [deg], LK.medial_rotation [deg]\n0, -90, 5, 12\n1, -90, 6, 13\n"
+    source = written(tmp_path, turned, "m.csv")
+    assert main(["motion", "convert", str(source), "-o", str(tmp_path / "m.bvh")]) == 0
+    assert "does not hold" not in capsys.readouterr().err
+    poses, _ = load_motion(BODY, tmp_path / "m.bvh")
+    knee = np.degrees(angles_of(BODY, poses)[:, BODY.joint("LK")])
+    assert np.abs(knee[:, 2]) == pytest.approx([12, 13])
+    lower_torso = place(BODY, poses).world_from_segment[:, BODY.segment("LT")]
+    assert lower_torso[0, :, 2] == pytest.approx([-1, 0, 0], abs=1e-9)  # on the back
+
+
+def test_what_a_form_does_not_hold_is_measured_and_told(tmp_path, capsys):
+    uneven = "time [s], RE.flexion [deg]\n2, 0\n2.1, 10\n2.4, 40\n"
+    source = written(tmp_path, uneven, "m.csv")
+    assert main(["motion", "convert", str(source), "-o", str(tmp_path / "m.bvh")]) == 0
+    told = capsys.readouterr().err
+    assert "frames up to 100 ms off, which are evenly spaced there" in told  # 2, 2.2, 2.4
+    assert "the first frame at 0 s, not 2" in told
+    score = ["-o", str(tmp_path / "m.laban"), "--tempo", "60"]
+    assert main(["motion", "convert", str(source), *score]) == 0
+    assert "this form does not hold the whole motion; read back it has joints up to" in (
+        capsys.readouterr().err
     )
-    assert notes == ()
-    assert again.time == pytest.approx(motion.time)
-    was, now = (joints_of(poses) for poses in (motion, again))
-    assert np.abs(was - now).max() < 1e-6
 
 
 def joints_of(poses):

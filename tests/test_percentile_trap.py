@@ -17,7 +17,7 @@ from workbench.model.population import SEXES, Population
 from workbench.study.accommodation.accommodation import accommodation
 
 BEARING = {
-    "eyes at the design eye point": "eye height",
+    "eyes at the height of the design eye": "eye height",
     "head to canopy": "sitting height",
     "belly to stick": "abdominal depth",
     "thighs to stick": "thigh clearance",

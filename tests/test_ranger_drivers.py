@@ -60,11 +60,11 @@ def test_its_bench_is_too_high_for_a_car_drivers_posture_and_that_is_said(folder
 
 @pytest.mark.nightly
 def test_drawn_people_reach_its_wheel_and_pedals_from_the_bench(folder):
-    """Wheel and gas by everybody; to a pedal by itself, kept off the one big part that floor and
-    dash are, by most."""
+    """The wheel by everybody; the pedals by most: bench, floor and dash are one part, and who sits
+    with a thigh in the bench's front edge (at best by 19 mm, with the heel lifted by 25 mm) is kept."""
     (folder / "study.yaml").write_text(STUDY)
     result = wb.run(load_study(folder / "study.yaml")).population
     share = dict(zip((r.name for r in result.requirements), result.single.tolist(), strict=True))
-    assert share["the right foot on the gas"] == 1 and share["reach steering_wheel"] == 1
+    assert share["reach steering_wheel"] == 1
     assert min(share.values()) >= 0.75
     assert all("Ranger" in reason.text for reason in result.reasons), result.reasons

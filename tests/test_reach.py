@@ -240,6 +240,16 @@ def test_a_miss_is_the_least_that_dense_sampling_finds(bubbleman, targets):
     assert found.miss[0] == pytest.approx(least, abs=0.012)
 
 
+def test_what_is_behind_the_back_is_reached_by_an_arm_that_swings_the_other_way(bubbleman):
+    """From where the arm swings at first it ends 91 and 58 mm short, against the stops."""
+    arm = limb(bubbleman, "right hand")
+    targets = [[-0.5, -0.4, 0.3], [-0.5, -0.2, 0.4]]
+    found = wb.reach(bubbleman, at_rest(bubbleman, "UT"), targets, limb=arm)
+    assert found.reached.all()
+    np.testing.assert_allclose(tip_of(bubbleman, found.poses, arm), targets, atol=1e-4)
+    assert np.degrees(stops(bubbleman, found.poses).margin[:, list(arm.free)].min()) > -0.1
+
+
 def test_a_batch_is_its_rows_and_the_same_each_time(bubbleman):
     arm = limb(bubbleman, "left foot", grip="heel")
     targets = np.array([[0.5, 0.1, -0.5], [0.7, 0.2, -0.3], [0.2, 0.1, -0.9], [2.0, 0.0, 0.0]])

@@ -156,9 +156,9 @@ def test_the_headline_says_how_many_aims_are_missed_and_the_one_by_most(cab, sho
     first = said.split(" The tightest gap ")[0]
     assert first.startswith("2 people in 2 cases: all 5 criteria hold, ")
     count = (
-        "one aim of the postures is"
+        "one aim of the predicted postures is"
         if len(short) == 1
-        else f"{len(short)} aims of the postures are"
+        else f"{len(short)} aims of the predicted postures are"
     )
     assert (f"hold, but {count} missed" in first) == bool(short) and "why" not in first
     if SHORT[1] in short:
@@ -192,12 +192,16 @@ def outcome(cab, *verdicts):
 def test_the_body_with_itself_decides_only_where_nothing_else_was_measured(cab):
     own, stop = holds("self_contact", 0.9), holds("stops", 0.5)
     assert outcome(cab, own, stop, holds("clearance", 3.7, 2.0)) == (
-        "all 3 criteria hold, nearest to its limit “clearance”: head is 3.7 mm from canopy, 1.7 mm "
-        "more than the 2.0 mm asked for (flying, pilot)."
+        "all 3 criteria hold, nearest to its limit, apart from allowed contacts and the body's own "
+        "overlaps and joint stops, “clearance”: head is 3.7 mm from canopy, 1.7 mm more than the 2.0 "
+        "mm asked for (flying, pilot)."
+    )
+    assert "hold, nearest to its limit “clearance”" in outcome(
+        cab, holds("self_contact", 1.9), holds("clearance", 3.7, 2.0)
     )
     assert "“stops”" in outcome(cab, own, stop)
     grip = holds("contact", -29, -30)
-    assert "nearest to its limit “clearance”" in outcome(cab, grip, holds("clearance", 30, 25))
+    assert "joint stops, “clearance”" in outcome(cab, grip, holds("clearance", 30, 25))
     assert outcome(cab, grip).startswith("“contact” holds: head is 29.0 mm into canopy (30.0 mm")
 
 

@@ -11,6 +11,7 @@ import trimesh
 import workbench as wb
 from tests.conftest import SHARED
 from tests.made_studies import found_of
+from tests.mirror_images import asymmetry
 from tests.toy_cockpit import write_toy
 from workbench import InputError
 from workbench.body.surface import body_solid
@@ -137,3 +138,35 @@ def test_a_mesh_of_a_person_that_is_not_of_this_project_becomes_a_body_that_sits
     assert main([*call, "--skeleton", name, "-o", str(out), *NARROW]) == 0
     study = write_toy(tmp_path, study=STUDY.replace("BODY", str(out)))
     assert 0.3 < found_of(wb.load_study(study)).verdicts[0].worst.value < 0.9
+
+
+def symmetric_scan(source, path, seed):
+    """The left half of a closed mesh, and its mirror image on the right, in an order of their own."""
+    cut = trimesh.intersections.slice_faces_plane(
+        source.vertices, source.faces, np.array([0.0, 1.0, 0.0]), np.zeros(3)
+    )
+    half, faces = np.array(cut[0]), np.array(cut[1])
+    half[np.abs(half[:, 1]) < 1e-7, 1] = 0.0
+    faces = faces[(half[faces][:, :, 1] > 0).any(axis=1)]
+    both = np.concatenate([half, half * [1, -1, 1]])
+    mesh = trimesh.Trimesh(both, np.concatenate([faces, faces[:, ::-1] + len(half)]))
+    mesh.merge_vertices(digits_vertex=9)
+    random = np.random.default_rng(seed)
+    order = random.permutation(len(mesh.vertices))
+    faces = random.permutation(np.argsort(order)[mesh.faces])
+    trimesh.Trimesh(mesh.vertices[order], faces, process=False).export(path, digits=12)
+
+
+@pytest.mark.nightly
+def test_a_symmetric_scan_gives_a_symmetric_body_whatever_the_order_in_its_file(woman, tmp_path):
+    pose = wb.pose(woman, {f"{side}S": {"abduction": 30} for side in "LR"})
+    solid = trimesh.Trimesh(*body_solid(wb.place(woman, pose), tolerance=0.003), process=False)
+    texts = []
+    for seed in (1, 2):
+        scan, made = tmp_path / "scan.obj", tmp_path / "made.yaml"
+        symmetric_scan(solid, scan, seed)
+        call = ["body", "fit", str(scan), "--length", "m", "--skeleton", "adult_male"]
+        assert main([*call, "-o", str(made), *WIDE]) == 0
+        assert asymmetry(wb.load_body(made)) < 1e-9
+        texts.append(made.read_text())
+    assert texts[0] == texts[1]

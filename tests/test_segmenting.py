@@ -9,7 +9,7 @@ import trimesh
 from workbench import Bones, InputError, UsageError, fit_segments, sealed
 from workbench.body.fitting.candidates import random_samples
 from workbench.body.fitting.polish import union_field
-from workbench.body.fitting.segmenting import regions_of
+from workbench.body.fitting.segmenting import regions_of, symmetric_fit
 
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}
 TOLERANCE = 0.004
@@ -60,6 +60,19 @@ def test_each_segment_holds_its_own_part_by_itself(arm):
         centre, radius = fit.spheres(name)
         assert union_field(places[number == k], centre, radius)[0].max() <= TOLERANCE + 1e-9
         assert fit.parts[k].outside <= 1.02 * TOLERANCE and fit.parts[k].inside <= TOLERANCE + 1e-12
+
+
+def test_the_spheres_of_a_symmetric_surface_are_each_others_images_and_hold_as_before(arm):
+    surface, fit = arm
+    regions = regions_of(surface, ARM)
+    made = symmetric_fit(surface, regions, fit, np.arange(2), 0.0)
+    balls = np.column_stack([made.fit.centre, made.fit.radius, made.member])
+    image = balls * [1, -1, 1, 1, 1, 1]
+    assert np.array_equal(np.unique(balls, axis=0), np.unique(image + 0.0, axis=0))
+    assert len(np.unique(balls, axis=0)) == len(balls) and balls[0, :3].tolist() == [0, 0, 0]
+    for before, part in zip(fit.parts, made.parts, strict=True):
+        assert part.outside <= 1.02 * max(TOLERANCE, before.outside)
+        assert part.inside <= TOLERANCE + 1e-9
 
 
 @pytest.mark.parametrize("degrees", [0, 45, 90])

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import REFERENCE, real_input
 from workbench.model.posing import angles_of, compose
+from workbench.model.reach import stop_reason
 from workbench.posture.stops import nearest_legal, nearest_on_cone, nearest_on_polygon
 
 
@@ -204,3 +205,17 @@ def test_nearest_legal_rotations_alone_are_those_told_with_the_margins(bubbleman
     rotations = compose(bubbleman, rng.uniform(-1.5, 1.5, (60, len(bubbleman.joints), 3)))
     poses = wb.Poses(rotations, 0, np.tile(np.eye(3, 4), (60, 1, 1)))
     assert np.array_equal(nearest_legal(bubbleman, poses), wb.stops(bubbleman, poses).nearest)
+
+
+def test_a_shoulder_at_its_stop_is_told_in_words_that_need_no_anatomy():
+    body = wb.load_body("adult_male")
+    joint = body.joint("RC")
+    pairs = body.stops.motions[joint]
+    axis = next(k for k, pair in enumerate(pairs) if "protraction" in pair)
+    found = stop_reason(body, (joint, axis, pairs[axis].index("protraction")))
+    assert found.text == (
+        "right clavicular joint (protraction: the shoulder is as far forward as it goes)"
+    )
+    elbow = body.joint("RE")
+    assert stop_reason(body, (elbow, 0, 0)).text.startswith("right elbow (")
+    assert ":" not in stop_reason(body, (elbow, 0, 0)).text

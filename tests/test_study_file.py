@@ -265,6 +265,29 @@ def sitter(tmp_path_factory):
     return wb.run(wb.load_study(path))
 
 
+@pytest.mark.parametrize(
+    ("action", "said"),
+    [
+        ("predicted: {", "no control is stated for the left hand and the right hand, so both arms"),
+        ("predicted: {hands: {left: left_stick}, ", "stated for the right hand, so that arm stays"),
+        ("predicted: {hands: {left: left_stick, right: throttle}, ", ""),
+        ("predicted: {like: hands_in_lap, ", ""),
+    ],
+)
+def test_arms_that_nothing_is_asked_of_are_told_of(tmp_path, action, said):
+    path = tmp_path / "study.yaml"
+    text = TRAINER.replace("bubbleman", "adult_male").replace("predicted: {", action)
+    path.write_text(text)
+    told = [words for words in wb.load_study(path).warnings if "whatever is in the way" in words]
+    assert len(told) == bool(said)
+    assert all(
+        words.startswith("pilot, flying: ")
+        and said in words
+        and words.endswith("'like: hands_in_lap' lays them in the lap")
+        for words in told
+    )
+
+
 def test_view_seat_and_pedals_are_asked_of_one_person(sitter):
     found = asked(sitter)
     assert found["pedals"][0] and found["seat"][0] and found["eyes"][0]

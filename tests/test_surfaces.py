@@ -369,6 +369,62 @@ def test_a_depth_in_a_solid_that_crosses_itself_is_called_a_lower_bound(bubblema
     assert "at least" in said and "'knot'" in said
 
 
+def hand_depth(bubbleman, postures, part):
+    """[mm] How deep a study finds the right hand of a standing man in a part, and its verdict when
+    30 mm are allowed."""
+    study = standing(bubbleman, postures, environment_of(part))
+    asked = Criterion("hand", "contact", ("man",), ("RHN",), (part.name,), 0.0, at_most=0.03)
+    found = found_of(replace(study, criteria=(asked,)))
+    return -1000 * found.verdicts[0].worst.value, found.passed
+
+
+def around_hand(bubbleman, postures, *, wall=0.0, inward=False):
+    """A block that ends 100 mm above the middle of that hand and 200 mm below it."""
+    empty = standing(bubbleman, postures, environment_of(box_part("far", [8, 8, 8], [9, 9, 9])))
+    placed = found_of(empty).people[0].placed
+    middle = placed.world_from_segment[0, bubbleman.segment("RHN"), :, 3]
+    low = middle - np.array([0.25, 0.15, 0.2]) + wall
+    high = middle + np.array([0.25, 0.15, 0.1]) - wall
+    return box(low, high, inward=inward)
+
+
+def faces_toward(part, axis, sign):
+    """The two triangles of a box on one side of it."""
+    side = part.vertices[part.faces][:, :, axis]
+    wanted = side.max() if sign > 0 else side.min()
+    return np.flatnonzero((side == wanted).all(axis=1))
+
+
+def test_a_hand_through_the_wall_of_an_open_box_is_as_deep_as_in_a_closed_one(bubbleman, postures):
+    block = around_hand(bubbleman, postures)
+    closed = hand_depth(bubbleman, postures, block)
+    assert closed[0] > 50 and not closed[1]
+    front = faces_toward(block, 0, 1)
+    for missing in (front, front[:1]):
+        depth = hand_depth(bubbleman, postures, without(block, missing))
+        assert depth == (pytest.approx(closed[0], abs=1e-6), False)
+
+
+def test_a_hand_that_enters_a_box_by_its_opening_is_in_nothing(bubbleman, postures):
+    block = around_hand(bubbleman, postures)
+    tray = without(block, faces_toward(block, 2, 1))
+    depth, passed = hand_depth(bubbleman, postures, tray)
+    assert passed and depth < 0
+
+
+def test_a_hand_in_the_cavity_of_an_open_double_wall_is_as_in_that_of_a_closed_one(
+    bubbleman, postures
+):
+    outer = around_hand(bubbleman, postures, wall=-0.05)
+    inner = around_hand(bubbleman, postures, wall=-0.02, inward=True)
+    closed = hand_depth(bubbleman, postures, together("box", outer, inner))
+    opened = [without(part, faces_toward(part, 0, 1)) for part in (outer, inner)]
+    assert hand_depth(bubbleman, postures, together("box", *opened)) == (
+        pytest.approx(closed[0], abs=1e-6),
+        closed[1],
+    )
+
+
 cuts = st.lists(st.integers(1, 9), min_size=1, max_size=3, unique=True).map(sorted)
 shares = st.tuples(*[st.integers(0, 9)] * 3)
 

@@ -56,7 +56,7 @@ def groups(result: Result, rows: ResultFile) -> list[str]:
     assert rows.population is not None
     names = {group.group for group in rows.population.shares}
     lines = population_lines(result.population) if result.population is not None else []
-    return [f"- {line.strip()}" for line in lines if any(f"  {name} (" in line for name in names)]
+    return [f"- {line.strip()}" for line in lines if any(f": {name} (" in line for name in names)]
 
 
 def changes(result: Result, rows: ResultFile) -> list[str]:

@@ -57,8 +57,9 @@ def in_pieces(
     if threads is not None and threads < 1:
         raise UsageError(f"threads: expected 1 or more, got {threads}")
     begins = range(0, count, max(size, 1))
-    most = 1 if _ALONE.get() else cores()
-    at_once = min(most if threads is None else threads, len(begins))
+    at_once = len(begins)
+    if at_once > 1:  # a single piece needs no count of cores, which takes as long as a short piece
+        at_once = min(threads or (1 if _ALONE.get() else cores()), at_once)
     if at_once <= 1:
         for begin in begins:
             work(begin, min(begin + size, count))

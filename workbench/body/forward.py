@@ -133,14 +133,9 @@ def rereference(placed: Placed, segment: str) -> Placed:
 def segment_frames(body: Body, poses: Poses, segment: int) -> Floats:
     """Return world-from-segment transforms (P, 3, 4) without placing what is not on the path."""
     rows = people_of(body, poses)
-    came = {to: (at, joint, upward) for to, at, joint, upward in walk(body, poses.reference)}
-    path = []
-    while segment != poses.reference:
-        path.append(came[segment])
-        segment = came[segment][0]
     turn = poses.world_from_reference[:, :, :3]
     at = poses.world_from_reference[:, :, 3]
-    for _, joint, upward in path[::-1]:
+    for joint, upward in _path(body.topology, poses.reference, segment):
         one = body.joint_in_child if upward else body.joint_in_parent
         other = body.joint_in_parent if upward else body.joint_in_child
         rotation = matrices(poses.rotations[:, joint])
@@ -149,6 +144,17 @@ def segment_frames(body: Body, poses: Poses, segment: int) -> Floats:
         at = at + before - np.einsum("bij,bj->bi", after, other[rows, joint])
         turn = after
     return np.ascontiguousarray(np.concatenate([turn, at[:, :, None]], axis=2))
+
+
+@lru_cache(maxsize=256)
+def _path(topology: Topology, reference: int, segment: int) -> tuple[tuple[int, bool], ...]:
+    """The joints on the way from the reference segment to another, and whether each is passed upward."""
+    came = {to: (at, joint, upward) for to, at, joint, upward in walk(topology, reference)}
+    path = []
+    while segment != reference:
+        segment, joint, upward = came[segment]
+        path.append((joint, upward))
+    return tuple(path[::-1])
 
 
 def packed_chain(body: Body, reference: int, shown: Bools) -> Chain:

@@ -23,6 +23,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -216,11 +217,12 @@ class Hand:
         radius = _rules()["radii"][2, 0] * self.breadth + self.glove
         return np.array([0.39 * self.length, 0.0, -radius])
 
-    def _joints(self, angles: Floats, planes: tuple[Floats, Floats] | None = None) -> Floats:
+    def _joints(self, angles: Floats, planes: _Planes | None = None) -> Floats:
         """(..., 5, 4, 3) [m] of a right hand; planes: as of `_planes`, where they are known."""
-        ahead, palmward = _planes(angles) if planes is None else planes
+        plane = _planes(angles) if planes is None else planes
         bent = np.cumsum(angles[..., :3], axis=-1)[..., None]
-        links = np.cos(bent) * ahead[..., None, :] + np.sin(bent) * palmward[..., None, :]
+        palmward = np.sin(bent) * plane.palmward[..., None, :]
+        links = np.cos(bent) * plane.ahead[..., None, :] + palmward
         joints = np.empty((*links.shape[:-2], 4, 3))
         joints[..., 0, :] = _rules()["roots"] * self._size
         joints[..., 1:, :] = links * (_rules()["links"] * self.length)[..., None]
@@ -252,8 +254,15 @@ class Hand:
         return share[..., None]
 
 
-def _planes(angles: Floats) -> tuple[Floats, Floats]:
-    """(..., 5, 3) the directions in which each digit points and bends, of a right hand."""
+class _Planes(NamedTuple):
+    """Unit vectors (..., 5, 3) in which straight digits of a right hand point, and in which they bend."""
+
+    ahead: Floats
+    palmward: Floats
+
+
+def _planes(angles: Floats) -> _Planes:
+    """The planes in which each digit bends, of angles (..., 5, 5) [rad]."""
     spread = _SIDE * angles[..., 3] * np.maximum(0.0, 1.0 - angles[..., 0] / (np.pi / 2))
     ahead = np.stack([np.cos(spread), np.sin(spread), np.zeros_like(spread)], axis=-1)
     palmward = np.zeros_like(ahead)
@@ -270,7 +279,7 @@ def _planes(angles: Floats) -> tuple[Floats, Floats]:
     roll = angles[..., 0, 4, None]
     ahead[..., 0, :] = thumb
     palmward[..., 0, :] = np.cos(roll) * pad + np.sin(roll) * cross(thumb, pad)
-    return ahead, palmward
+    return _Planes(ahead, palmward)
 
 
 @dataclass(frozen=True, eq=False)
@@ -414,7 +423,7 @@ class _Closing:
         digits: slice,
         joint: int,
         rate: Floats,
-        planes: tuple[Floats, Floats],
+        planes: _Planes,
     ) -> Floats:
         """(N,) [rad] how far some digits surely can turn before a sphere touches, 0 where one does.
 

@@ -162,18 +162,18 @@ def run(
     quiet
         print nothing but warnings and errors: the exit code says whether all criteria hold
     """
-    from workbench.files.output_folder import check_folder
-    from workbench.files.study.reader import load_study
-    from workbench.report.folder import report_lines, write_report
-    from workbench.report.words import in_words
-    from workbench.study.run import check_run
-    from workbench.study.run import run as run_study
-
     kept: list[str] = []
     with Progress() as say:
+        say(f"reading {study}")  # before the imports, which take a second
+        from workbench.files.output_folder import check_folder
+        from workbench.files.study.reader import load_study
+        from workbench.report.folder import report_lines, write_report
+        from workbench.report.words import in_words
+        from workbench.study.run import check_run
+        from workbench.study.run import run as run_study
+
         if out is not None:
             check_folder(out, holds="result")  # before the work, not after it
-        say(f"reading {study}")
         loaded = load_study(study)
         check_run(loaded, cluster=cluster, film=film)
         folder = out or Path("out") / loaded.name
@@ -208,6 +208,7 @@ def check(*files: Path) -> int:
         the files to check
     """
     from workbench.files.kinds import check_file
+    from workbench.study.accommodation.limiting import doubted_people
 
     if not files:
         raise UsageError("workbench check: name one file or more")
@@ -215,14 +216,16 @@ def check(*files: Path) -> int:
     for path in files:
         try:
             found = check_file(path)
-            for warning in found.warnings:
+            who = () if found.study is None else doubted_people(found.study)
+            warnings = (*found.warnings, *who)
+            for warning in warnings:
                 tell(f"{path}: warning: {warning}")
             for words in found.assumed:
                 tell(f"{path}: assumed: {words}")
         except InputError as error:
             faults += error.problems
         else:
-            count = len(found.warnings)
+            count = len(warnings)
             emit(f"{path}: ok" + (f", {count} warning{'s' * (count > 1)}" if count else ""))
     if faults:
         raise InputError(faults)

@@ -165,6 +165,7 @@ def convert(
         beats a minute of a score that is written
     """
     from workbench.files.output_file import check_file, write_file
+    from workbench.study.motions import written_loss
 
     _check_form(out, tempo)
     check_file(out)
@@ -175,6 +176,9 @@ def convert(
     write_file(out, _written(who, poses, out.suffix.lower(), tempo))
     for note in notes:
         tell(f"note: {note}")
+    lost = "" if out.suffix.lower() == ".glb" else written_loss(who, poses, out)
+    if lost:
+        tell(f"note: {out}: {lost}")
     emit(f"{out}: {len(poses)} frames")
     return 0
 

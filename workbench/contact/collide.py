@@ -23,6 +23,7 @@ from workbench.contact.batches import (
     pays,
     touching,
 )
+from workbench.contact.enclosure import deepen
 from workbench.contact.fields import packed_faces
 from workbench.contact.kernels.clearance import ClearanceTask, near_sides
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
@@ -364,14 +365,20 @@ def clearance_of_rows(
 
 
 @by_person
-def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = None) -> Clearance:
+def nearest(
+    placed: Placed, environment: Environment, *, rows: Ints | None = None, through: bool = False
+) -> Clearance:
     """As `clearance`, with the spheres, polygons and points that are nearest.
 
+    through: count depth where a body goes through a part that is no solid (`enclosure.deepen`).
     rows (R, 3): pose, segment, part; only these are looked for, and elsewhere is what holds for
     hidden parts.
     """
     if rows is None:
-        distance, sphere, polygon, point = clearance_by_part(placed, environment)
+        found = clearance_by_part(placed, environment)
+        if through:
+            deepen(found, placed, environment)
+        distance, sphere, polygon, point = found
     else:
         distance, sphere, polygon, point = _plain(placed, environment, rows)
     distance[:, ~placed.window] = np.nan
@@ -455,11 +462,11 @@ def _depth(segments: tuple[str, ...], environment: Environment) -> Floats:
     return depth
 
 
-def allowed_in_oneself(body: Body) -> Floats:
+def allowed_in_oneself(body: Body, *, flesh_alone: bool = False) -> Floats:
     """(B, N, N) [m] how deep segments of the same body may be in one another: by the allowance for
-    soft flesh, and as far as the true surfaces of both may be inside the spheres. Infinite of segments
-    with a common joint."""
-    error = np.nan_to_num(body.fit_error[..., 1])
+    soft flesh, and, unless that counts alone, as far as the true surfaces of both may be inside the
+    spheres. Infinite of segments with a common joint."""
+    error = np.nan_to_num(body.fit_error[..., 1]) * (not flesh_alone)
     depth: Floats = body.allowance + error[:, :, None] + error[:, None]
     depth[:, body.adjacent] = np.inf
     return depth

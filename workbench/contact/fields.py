@@ -8,7 +8,7 @@ the solids that may hold points of each cell.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -273,7 +273,6 @@ def _corners(environment: Environment, middle: Floats) -> tuple[NDArray[np.float
     return np.concatenate([np.zeros(0), *map(np.ravel, blocks)]).astype(np.float32), first
 
 
-@lru_cache(maxsize=16)
 def field_of(environment: Environment, groups: Groups) -> Field:
     """Make grids and trees of groups of parts, on all cores.
 
@@ -285,7 +284,12 @@ def field_of(environment: Environment, groups: Groups) -> Field:
     groups : tuple of tuples of int
         Parts of each group.
     """
-    shape = _shape(environment)
+    return _field_of(_shape(environment), groups)
+
+
+@lru_cache(maxsize=32)
+def _field_of(shape: Environment, groups: Groups) -> Field:
+    """The same of a shape."""
     faces = _faces(shape)
 
     def make() -> dict[str, NDArray[Any]]:
@@ -300,18 +304,19 @@ def field_of(environment: Environment, groups: Groups) -> Field:
     return Field(Trees(faces.record, faces.begin, **trees), **grids)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=32)
 def _shape(environment: Environment) -> Environment:
     """The polygons and parts of an environment, without its seats, points, controls,
     adjustments, instruments, mirrors, rules and words.
 
     An index is made from this alone: so it stays the same where only a control or a rule is another
-    one.
+    one, and whatever is hidden, of which groups hold nothing. It is the same object for all environments of which it is the same.
     """
-    return replace(
+    shape = replace(
         environment,
         name="",
         description="",
+        hidden=np.zeros_like(environment.hidden),
         allowances=(),
         seats=(),
         points={},
@@ -322,6 +327,21 @@ def _shape(environment: Environment) -> Environment:
         quality=(),
         warnings=(),
     )
+    return _first_alike(_Shape(content_key("contact shape", shape), shape)).shape
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """A shape by the key of its content."""
+
+    key: bytes
+    shape: Environment = field(compare=False)
+
+
+@lru_cache(maxsize=32)
+def _first_alike(shape: _Shape) -> _Shape:
+    """The first of shapes that are equal."""
+    return shape
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,6 +31,7 @@ from workbench.files.schema import validate
 from workbench.files.study.reader import load_study
 from workbench.files.study.schema import RulesFile, StudyFile
 from workbench.files.yaml_text import read_yaml
+from workbench.model.study import Study
 
 __all__ = [
     "KINDS",
@@ -126,10 +127,11 @@ def is_environment(source: str) -> bool:
 @dataclass(frozen=True)
 class Checked:
     """What a file without faults is told to have: what is probably a mistake, and what it leaves
-    open and the loader took to be so."""
+    open and the loader took to be so; and the study where it is one."""
 
     warnings: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
+    study: Study | None = None
 
 
 def check_file(path: Path) -> Checked:
@@ -140,7 +142,7 @@ def check_file(path: Path) -> Checked:
     kind = kind_of(path)
     if kind == "study":
         study = load_study(path)
-        return Checked(study.warnings, study.environment.assumed)
+        return Checked(study.warnings, study.environment.assumed, study)
     if kind == "body":
         body = load_body(path)
         postures = posture_path(path)

@@ -130,26 +130,11 @@ def seat_figures(
     """
     lap = fitted_plane(cushion)
     lean = fitted_plane(back)
-    line = np.cross(lap.normal, lean.normal)
-    size = float(np.linalg.norm(line))
-    if size < math.sin(PARALLEL):
-        degrees = math.degrees(math.asin(min(size, 1.0)))
-        raise InputError(
-            f"cushion and back are parallel, {degrees:.0f} degrees apart: pick faces of both"
-        )
-    line = line / size
-    slope = math.asin(min(abs(float(line[2])), 1.0))
-    if slope > ROLLED:
-        raise InputError(
-            f"the line of cushion and back slopes {math.degrees(slope):.0f} degrees across the "
-            f"seat: are up and forward right?"
-        )
-    yaw, turned = _heading(line, lap, lean)
+    yaw, turned = _heading(_fold(lap, lean), lap, lean)
     ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
     above = np.array([0.0, 0.0, 1.0])
     aside = np.cross(above, ahead)
-    cushion_angle = math.atan2(-float(lap.normal @ ahead), float(lap.normal[2]))
-    cushion_angle = _half_turn(cushion_angle)
+    cushion_angle = _half_turn(math.atan2(-float(lap.normal @ ahead), float(lap.normal[2])))
     back_angle = _half_turn(math.atan2(float(lean.normal[2]), float(lean.normal @ ahead)))
     _check_angles(cushion_angle, back_angle)
     along = math.cos(cushion_angle) * ahead + math.sin(cushion_angle) * above
@@ -160,11 +145,7 @@ def seat_figures(
     back_sides = _sides(back if back_part is None else back_part, back, lean.centre, along, aside)
     bench = sides.wide > BENCH
     across = float((picked @ aside).mean()) if bench else sides.middle
-    middle = across * aside
-    planes = np.array([[n @ ahead, n @ above] for n in (lap.normal, lean.normal)])
-    offsets = [plane.normal @ (plane.centre - middle) for plane in (lap, lean)]
-    forward, up = np.linalg.solve(planes, offsets)
-    srp = middle + forward * ahead + up * above
+    srp = _reference_point(lap, lean, across * aside, ahead)
     away = float(np.linalg.norm(cushion.reshape(-1, 3) - srp, axis=1).min())
     extents = {"cushion": float(np.ptp(cushion @ ahead)), "back": float(np.ptp(back @ above))}
     doubts = _bench_doubt(sides.wide) + _size_doubts(extents) + _doubts(lap, lean, turned, away)
@@ -174,6 +155,36 @@ def seat_figures(
     )
     angles = (cushion_angle, back_angle, yaw)
     return SeatFigures(srp, *angles, lap, lean, lap_sides, lean_sides, words, doubts)
+
+
+def _fold(lap: PlaneFit, lean: PlaneFit) -> Floats:
+    """Unit vector (3,) along the line in which the planes of cushion and back meet; InputError where
+    they hardly do, or not across a seat."""
+    line = np.cross(lap.normal, lean.normal)
+    size = float(np.linalg.norm(line))
+    if size < math.sin(PARALLEL):
+        degrees = math.degrees(math.asin(min(size, 1.0)))
+        raise InputError(
+            f"cushion and back are parallel, {degrees:.0f} degrees apart: pick faces of both"
+        )
+    line /= size
+    slope = math.asin(min(abs(float(line[2])), 1.0))
+    if slope > ROLLED:
+        raise InputError(
+            f"the line of cushion and back slopes {math.degrees(slope):.0f} degrees across the "
+            f"seat: are up and forward right?"
+        )
+    return line
+
+
+def _reference_point(lap: PlaneFit, lean: PlaneFit, middle: Floats, ahead: Floats) -> Floats:
+    """(3,) [m] where both planes meet in the upright plane through a point along a direction ahead:
+    with p = middle + a ahead + b up, n . (p - c) = 0 for either normal n and centre c."""
+    above = np.array([0.0, 0.0, 1.0])
+    planes = np.array([[n @ ahead, n @ above] for n in (lap.normal, lean.normal)])
+    offsets = [plane.normal @ (plane.centre - middle) for plane in (lap, lean)]
+    forward, up = np.linalg.solve(planes, offsets)
+    return np.asarray(middle + forward * ahead + up * above)
 
 
 def _sides(part: Floats, surface: Floats, centre: Floats, along: Floats, aside: Floats) -> Across:

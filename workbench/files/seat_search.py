@@ -149,6 +149,29 @@ def _most_met(
     axes: (3, 3) rows; rays go down the third one from the height `top` [m], over a window [m] of the
     two others.
     """
+    met = _met_first(surface, own, axes, window, top)
+    best: list[tuple[int, Floats]] = []
+    while len(met) > len(best):
+        region = surface.region(met[0][0])
+        best = max(best, [one for one in met if one[0] in region], key=len)
+        met = [one for one in met if one[0] not in region]
+    if not best:
+        return None
+    points = np.array([point for _, point in best])
+    rows = np.array([row for row, _ in best])
+    nearest = np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1), kind="stable")
+    # where a surface bends, what grows from one face of it may be a smaller one
+    k = next(
+        k for k in nearest if 2 * np.isin(rows, surface.region(int(rows[k]))).sum() > len(rows)
+    )
+    return len(best), float(points[k, 2]), Met(int(rows[k]), points[k] @ axes, -axes[2])
+
+
+def _met_first(
+    surface: Surface, own: Ints, axes: Floats, window: Sequence[tuple[float, float]], top: float
+) -> list[tuple[int, Floats]]:
+    """The face that each ray meets first, and where (3,) [m] by the axes; without those that are not
+    square enough to their ray. Arguments as of `_most_met`."""
     corners = surface.corners[own] @ axes.T
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     square = np.abs(crosses[:, 2]) >= SQUARE * np.linalg.norm(crosses, axis=1)
@@ -161,20 +184,4 @@ def _most_met(
         k = int((heights < top).sum()) - 1
         if k >= 0 and square[rows[k]]:
             met.append((int(own[rows[k]]), np.array([*place, heights[k]])))
-    best: list[tuple[int, Floats]] = []
-    left = met
-    while len(left) > len(best):
-        region = surface.region(left[0][0])
-        same = [one for one in left if one[0] in region]
-        left = [one for one in left if one[0] not in region]
-        best = max(best, same, key=len)
-    if not best:
-        return None
-    points = np.array([point for _, point in best])
-    rows = np.array([row for row, _ in best])
-    nearest = np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1), kind="stable")
-    # where a surface bends, what grows from one face of it may be a smaller one
-    k = next(
-        k for k in nearest if 2 * np.isin(rows, surface.region(int(rows[k]))).sum() > len(rows)
-    )
-    return len(best), float(points[k, 2]), Met(int(rows[k]), points[k] @ axes, -axes[2])
+    return met

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -136,10 +137,18 @@ class Topology:
                 "body.blend_joint: a sphere can be blended across a joint of its own segment only"
             )
 
-    @property
+    @cached_property
     def sphere_segment(self) -> Ints:
         """(S,) the segment of each sphere."""
-        return np.repeat(np.arange(len(self.segments)), np.diff(self.start))
+        found = np.repeat(np.arange(len(self.segments)), np.diff(self.start))
+        found.flags.writeable = False
+        return found
+
+    @cached_property
+    def subparts(self) -> tuple[str, ...]:
+        """The S spheres as studies name them, "RLL/knee cap"; "" where unnamed."""
+        pairs = zip(self.sphere_segment, self.sphere_names, strict=True)
+        return tuple(f"{self.segments[segment]}/{name}" if name else "" for segment, name in pairs)
 
     @property
     def adjacent(self) -> Bools:
@@ -365,8 +374,7 @@ class Body:
     @property
     def subparts(self) -> tuple[str, ...]:
         """The S spheres as studies name them, "RLL/knee cap"; "" where unnamed."""
-        pairs = zip(self.sphere_segment, self.sphere_names, strict=True)
-        return tuple(f"{self.segments[segment]}/{name}" if name else "" for segment, name in pairs)
+        return self.topology.subparts
 
     @property
     def sphere_direction(self) -> Ints:

@@ -49,8 +49,12 @@ class ControlRegion:
     placed, environment
         Somebody of middle stature where that person sits (P = 1), and the surroundings with the
         seat there.
-    standing
-        Whether they stand.
+    standing, steps
+        Whether they stand, and may step in an area.
+    together
+        The share, 0 to 1, that reaches it where it is, each from the one place from which everything
+        that the study asks is done; NaN where nothing asks for it. Of people who may step the other
+        shares are those of who steps for this control alone.
     """
 
     control: Control
@@ -70,6 +74,8 @@ class ControlRegion:
     placed: Placed
     environment: Environment
     standing: bool
+    steps: bool
+    together: float
 
     @property
     def points(self) -> Floats:

@@ -122,7 +122,7 @@ class Criterion:
     which controls are to be reached, each control's own where None. hand: that must reach ("left",
     "right"), either where None. subparts: named spheres ("RLL/knee cap") instead of whole segments.
     below, above: how far [m] the eyes may be below and above their point, infinite where either
-    may be any. at_most [m]: of contact, pedals and excursion. down [rad]: of view_over and over_nose. direction:
+    may be any. at_most [m]: of contact, self_contact, pedals and excursion. down [rad]: of view_over and over_nose. direction:
     (3,) unit vector along which an excursion is measured from origin (3,) [m]. limits: of the rule
     set `rules` of an injury criterion. of: the names of the criteria that a share must meet. cases:
     the names of the cases it is asked of, () for all.

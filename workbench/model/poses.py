@@ -12,7 +12,6 @@ from workbench.errors import InputError, UsageError
 from workbench.model.arguments import above, check_fields, check_index, chosen_rows
 from workbench.model.arrays import Bools, Floats, Ints, Spool, frozen, pieces
 from workbench.model.body import Body
-from workbench.model.quaternions import cross
 
 __all__ = [
     "Placed",
@@ -192,8 +191,9 @@ def _check_people(body: Body, person: Ints, what: str) -> None:
 
 def _check(rotations: Floats, place: Floats, first: int) -> None:
     """InputError where a row is no pose; first: the number of the first row."""
-    norm = np.linalg.norm(rotations, axis=-1)
-    if rotations.size and not np.all(np.abs(norm - 1.0) < 1e-6):
+    square = np.einsum("pji,pji->pj", rotations, rotations)
+    if not (np.abs(square - 1.0) < 2e-6).all():
+        norm = np.sqrt(square)
         row, joint = np.argwhere(~(np.abs(norm - 1.0) < 1e-6))[0].tolist()
         got = f"one of length {norm[row, joint]:g} in row {first + row}, joint {joint}"
         raise InputError(
@@ -202,7 +202,7 @@ def _check(rotations: Floats, place: Floats, first: int) -> None:
     fault = rotation_fault(place[:, :, :3])
     if fault:
         raise InputError(f"poses.world_from_reference: {fault}")
-    if not np.all(np.isfinite(place)):
+    if not np.isfinite(place).all():
         raise InputError("poses.world_from_reference: expected finite positions [m]")
 
 
@@ -255,11 +255,11 @@ def rotation_fault(matrices: Floats) -> str:
     """What is wrong with rotations (P, 3, 3), in words; "" where nothing is. A mirror image is no
     rotation."""
     gram = matrices @ matrices.transpose(0, 2, 1)
-    off = ~np.all(np.abs(gram - np.eye(3)) <= 1e-6, axis=(1, 2))
-    if off.any():
-        row = int(np.argmax(off))
+    fits = np.abs(gram - np.eye(3)) <= 1e-6
+    if not fits.all():
+        row = int(np.argmin(fits.all(axis=(1, 2))))
         return f"expected rotations (3, 3), got a matrix in row {row} whose rows are not unit vectors at right angles"
-    turned = np.einsum("pi,pi->p", cross(matrices[:, 0], matrices[:, 1]), matrices[:, 2]) < 0
+    turned = np.linalg.det(matrices) < 0
     if turned.any():
         return f"expected rotations (3, 3), got a mirrored one (determinant -1) in row {int(np.argmax(turned))}"
     return ""

@@ -170,10 +170,21 @@ def join_reaches(parts: Sequence[Reach], body: Body, held: Poses) -> Reach:
     )
 
 
+_SHOULDER = {
+    "protraction": "forward",
+    "retraction": "back",
+    "elevation": "up",
+    "depression": "down",
+}
+"""Where a motion of the clavicular joint takes the shoulder."""
+
+
 def stop_reason(body: Body, stop: Iterable[int]) -> Reason:
     """A stop (joint, axis, side) as what limits, the length of the limb where the joint is -1."""
     joint, axis, side = stop
     if joint < 0:
         return TOO_SHORT
     motion = plain(body.stops.motions[joint][axis][side])
-    return Reason("stop", f"{body.joint_names[joint]} ({motion})")
+    goes = _SHOULDER.get(motion) if "clavicular" in body.joint_names[joint] else None
+    seen = f": the shoulder is as far {goes} as it goes" if goes else ""
+    return Reason("stop", f"{body.joint_names[joint]} ({motion}{seen})")

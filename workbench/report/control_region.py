@@ -15,8 +15,18 @@ from workbench.model.arrays import Floats
 from workbench.model.control_region import ControlRegion
 from workbench.model.units import plain
 
-__all__ = ["place_words", "region_lines", "region_table", "write_region"]
+__all__ = [
+    "ONE_PLACE",
+    "ONE_POSITION",
+    "place_words",
+    "region_lines",
+    "region_table",
+    "write_region",
+]
 
+ONE_PLACE = "one place to stand for everything"
+ONE_POSITION = "one position of the seat for everything"
+"""Where people are who do everything that a study asks."""
 _WAYS = (("forward", "aft"), ("to the left", "to the right"), ("up", "down"))
 
 
@@ -54,7 +64,12 @@ def _headline(region: ControlRegion) -> str:
             f"Nobody of {people} reaches any place within {_mm(region.within)} of {name}: check where "
             "the control and the seat are."
         )
-    today = f"{_percent(region.known[region.today])} of {people} reach {name} where it is, {_from(region)}"
+    share = _percent(region.known[region.today])
+    today = f"{share} of {people} reach {name} where it is, {_from(region)}"
+    twice = region.steps and not np.isnan(region.together)
+    if twice:
+        one = f"{_percent(region.together)} of {people} reach {name} where it is, each from {ONE_PLACE}"
+        today = f"{one}; {share} do {_from(region)}"
     if nearest is None:
         return (
             f"No place within {_mm(region.within)} of {name} is reached by {wanted} of {people}, as "
@@ -62,8 +77,9 @@ def _headline(region: ControlRegion) -> str:
             f"reach one, {place_words(region.offset[best])}; {today}."
         )
     if nearest == region.today:
-        share = _percent(region.share[nearest])
-        return f"{_first(name)} may stay: {share} of {people} reach it there, and {wanted} must."
+        more = f"; {_percent(region.together)} do, each from {ONE_PLACE}" * twice
+        stay = f"{_first(name)} may stay{' where each steps for it alone' * twice}"
+        return f"{stay}: {share} of {people} reach it there, and {wanted} must{more}."
     far = float(np.linalg.norm(region.offset[nearest]))
     return (
         f"{today}; {_percent(region.share[nearest])} do {_mm(far)} away, "
@@ -72,10 +88,10 @@ def _headline(region: ControlRegion) -> str:
 
 
 def _from(region: ControlRegion) -> str:
-    """Where people are for it: a run asks otherwise, for one position in which everything is met."""
-    if region.standing:
+    """Where people are for it."""
+    if region.steps:
         return "each from the place in the area that suits this control alone"
-    return "each from the most comfortable position of the seat"
+    return f"each from {ONE_PLACE if region.standing else ONE_POSITION}"
 
 
 def _first(name: str) -> str:

@@ -20,7 +20,7 @@ from workbench.report.words import (
     in_words,
     millimetres,
     milliseconds,
-    share_words,
+    share_sentence,
     surface_words,
 )
 from workbench.study.kept_reaches import kept_of_people, kept_words
@@ -96,7 +96,8 @@ def _motions(result: Result, verdicts: Sequence[Verdict]) -> list[str]:
     differs = differs_words(verdicts, [motion.study.name for motion in result.motions])
     said = [f"{_capital(differs)}."]
     if decisive := deciding(verdicts):
-        lead = "Nearest to its limit" if decisive.passed else "The worst"
+        nearest = _capital(_nearest_words(decisive, verdicts))
+        lead = nearest if decisive.passed else "The worst"
         said.append(f"{lead} is “{decisive.criterion.name}”: {_verdict_words(decisive)}.")
     return said
 
@@ -111,10 +112,23 @@ def outcome_words(verdicts: Sequence[Verdict]) -> str:
     words = _verdict_words(decisive)
     if len(_names(verdicts)) == 1:
         return f"{said}: {words}"
-    lead = "nearest to its limit " if decisive.passed else "the worst "
+    lead = f"{_nearest_words(decisive, verdicts)} " if decisive.passed else "the worst "
     if sum(not verdict.passed for verdict in verdicts) == 1:
         lead = ""
     return f"{said}, {lead}“{decisive.criterion.name}”: {words}"
+
+
+def _nearest_words(decisive: Verdict, verdicts: Sequence[Verdict]) -> str:
+    """That a verdict is nearest to its limit, and what was left aside where that is nearer."""
+    aside = [one for one in verdicts if one.worst and (_of_the_body(one) or _held(one))]
+    if all(_margin(one) >= _margin(decisive) for one in aside):
+        return "nearest to its limit"
+    own = "allowed contacts and the body's own overlaps and joint stops"
+    return f"nearest to its limit, apart from {own},"
+
+
+def _of_the_body(verdict: Verdict) -> bool:
+    return verdict.criterion.check in _OF_THE_BODY
 
 
 def _names(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
@@ -151,7 +165,7 @@ def deciding(verdicts: Sequence[Verdict]) -> Verdict | None:
     if any(not one.passed for one in verdicts):
         return None
     known = [one for one in known if one.criterion.check != "pedals"]  # on them or not
-    elsewhere = [one for one in known if one.criterion.check not in _OF_THE_BODY and not _held(one)]
+    elsewhere = [one for one in known if not _of_the_body(one) and not _held(one)]
     return min(elsewhere or known, key=_margin, default=None)
 
 
@@ -174,7 +188,7 @@ def _verdict_words(verdict: Verdict) -> str:
     """What decides a verdict, and where: "head (top) is 56.1 mm from canopy, 6.1 mm more than the
     50.0 mm asked for (looking left, pilot)"."""
     if verdict.share is not None:
-        return share_words(verdict.criterion, verdict.share)
+        return share_sentence(verdict.criterion, verdict.share).removesuffix(".")
     worst = verdict.worst
     assert worst is not None
     figure = verdict.criterion.check == "injury"  # its window says when
@@ -191,15 +205,15 @@ def _placed(words: str, where: str) -> str:
 
 def _outcome(postures: Sequence[PosturesFound], verdicts: Sequence[Verdict]) -> str:
     """How the criteria of postures came out, and what the postures miss of what the study wants of
-    them: "all 5 criteria hold, but 4 aims of the postures are missed, by most: the eyes stay 45 mm
-    below left design eye (flying, small woman)"."""
+    them: "all 5 criteria hold, but 4 aims of the predicted postures are missed, the farthest: the
+    eyes stay 45 mm below left design eye (flying, small woman)"."""
     short = [(one, found.row) for found in postures for one in found.short]
     if not short:
         return outcome_words(verdicts)
     worst, row = max(short, key=lambda one: one[0].size)
-    missed = f"{len(short)} aims of the postures are missed, by most"
+    missed = f"{len(short)} aims of the predicted postures are missed, the farthest"
     if len(short) == 1:
-        missed = "one aim of the postures is missed"
+        missed = "one aim of the predicted postures is missed"
     missed += f": {worst.words} ({_named(row, worst.case, worst.person)})"
     if all(verdict.passed for verdict in verdicts):
         return f"{_counted(verdicts)}, but {missed}"

@@ -105,7 +105,9 @@ class Glimpse(NamedTuple):
         who = "" if self.criterion.check in _OF_SEATS else f" {self.looks.words}:"
         words = finding_words(self.criterion.check, self.finding)
         both = (
-            "; what both eyes see lies over one another" if self.criterion.check in _LOOKED else ""
+            "; the pictures of both eyes are drawn over one another"
+            if self.criterion.check in _LOOKED
+            else ""
         )
         return f"“{plain(self.criterion.name)}”, {way}:{who} {words}{both}."
 

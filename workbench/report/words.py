@@ -335,12 +335,14 @@ def for_reading(text: str) -> str:
     return proper_minus(in_words(text))
 
 
-def contact_sentence(contacts: Contacts, row: int) -> str:
+def contact_sentence(contacts: Contacts, row: int, *, whose: str = "") -> str:
     """A contact in words: "right hand, thumb tip (front): 12.4 mm into instrument_panel, polygon
-    117"."""
+    117". whose: who else the other segment belongs to, "" for the same body."""
     distance = float(contacts.distance[row])
     allowed = float(contacts.allowed[row])
     text = f"{contacts.name(row)}: {_apart(distance, -allowed)} {contacts.other_name(row)}"
+    if contacts.part[row] < 0:
+        text += f" of {whose or 'the same body'}"
     return f"{text} ({millimetres(allowed)} allowed)" if allowed > 0 else text
 
 
@@ -360,7 +362,8 @@ def verdict_sentence(verdict: Verdict) -> str:
     if verdict.passed:
         return f"Nearest to the limit: {words}{doubt}"
     more = len(verdict.breaches) - 1
-    return words + (f" {more} more place{'s' if more > 1 else ''}." if more else "") + doubt
+    too = f" {more} more place{'s break' if more > 1 else ' breaks'} it too." if more else ""
+    return f"{words}{too}{doubt}"
 
 
 def share_sentence(criterion: Criterion, group: GroupShare) -> str:
@@ -391,12 +394,11 @@ def _doubt(verdict: Verdict) -> str:
     found = verdict.doubtful
     if found is None:
         return ""
-    other = (
-        "" if found == verdict.worst else f" Also {finding_words(verdict.criterion.check, found)}."
-    )
     known = surface_words(found.surface_known_to)
     left = f"{millimetres(abs(found.margin))} {'to spare' if verdict.passed else 'short'}"
-    return f"{other} Not certain: {left}, and the body's surface is known to{known} mm there."
+    if found != verdict.worst:
+        left = f"{finding_words(verdict.criterion.check, found)}: {left}"
+    return f" Not certain: {left}, and the body's surface is known to{known} mm there."
 
 
 def person_words(person: PersonFound) -> str:

@@ -20,7 +20,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr, ndtri
 
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
@@ -103,6 +102,8 @@ class HandStrength:
 
     def capable(self, force: ArrayLike) -> Floats:
         """(P,) the share of such people that exert a force [N], one or (P,): 1 - Phi((F - g - m) / s)."""
+        from scipy.special import ndtr
+
         given = for_rows(force, np.float64, (), rows=len(self.mean), what="force")
         return ndtr((self.mean + self.gravity - given) / self.deviation)
 
@@ -212,6 +213,8 @@ def hand_strength(
 def deviations_below(share: float) -> float:
     """How many standard deviations below the mean is what a share of people have at least; InputError
     where that is not between 0 and 1."""
+    from scipy.special import ndtri
+
     if not 0.0 < share < 1.0:
         raise InputError(f"share: expected more than 0 and less than 1, got {share:g}")
     return float(ndtri(share))

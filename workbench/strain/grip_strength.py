@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr, ndtri
 
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
@@ -47,6 +46,8 @@ class GripStrength:
 
     def capable(self, force: ArrayLike) -> Floats:
         """(P,) the share of such people that close a hand with a force [N], one or (P,)."""
+        from scipy.special import ndtr
+
         given = for_rows(force, np.float64, (), rows=len(self.forces), what="force")
         k = (given[:, None] >= self.forces[:, 1:-1]).sum(axis=1)
         rows = np.arange(len(k))
@@ -90,6 +91,8 @@ def grip_strength(
     >>> found.strength(0.95).round(), found.capable(250.0).round(2)
     (array([192.]), array([0.75]))
     """
+    from scipy.special import ndtri
+
     values = rule_set(rules)
     count = max(np.size(age), np.size(male))
     years = for_rows(age, np.float64, (), rows=count, what="age")

@@ -21,7 +21,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr
 
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
@@ -90,6 +89,8 @@ class FootStrength:
         That of the weakest joint: who is strong in one is taken to be strong in all. Found by
         halving, since the best push leans otherwise for people of another strength.
         """
+        from scipy.special import ndtr
+
         given = for_rows(force, np.float64, (), rows=len(self.mean), what="force")
         low, high = np.full(len(given), -_WIDEST), np.full(len(given), _WIDEST)
         for _ in range(_HALVINGS):

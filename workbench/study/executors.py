@@ -8,6 +8,7 @@ they are new interpreters, and a script that runs a study needs `if __name__ == 
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import pickle
@@ -338,6 +339,10 @@ def dask_executor(address: str) -> Iterator[Executor]:
             "a cluster needs Dask: pip install 'bubbleman-workbench[cluster]'"
         ) from None
     with ExitStack() as stack:
+        # it writes a traceback of its own where the scheduler is gone, which is said below
+        log = logging.getLogger("distributed.client")
+        stack.callback(log.setLevel, log.level)
+        log.setLevel(logging.CRITICAL)
         target: Any = address
         if address == "local":
             target = stack.enter_context(

@@ -22,10 +22,12 @@ from workbench.body.fitting.segmenting import (
     fit_segments,
     fit_whole,
     regions_of,
+    symmetric_fit,
 )
 from workbench.body.forward import place
 from workbench.body.outlines import outline_surface
 from workbench.body.scaling.measure import measure
+from workbench.body.scaling.stretch import twins_of
 from workbench.body.surface import Surface, sealed
 from workbench.errors import InputError, UsageError
 from workbench.files.body.bodies import body_path, load_body
@@ -37,7 +39,9 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import DIRECTIONS, Body
+from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, pose
+from workbench.model.quaternions import from_matrices, matrices
 
 __all__ = [
     "DENSITY",
@@ -234,7 +238,13 @@ DENSITY = 1010.0
 ALONE = "BODY"
 _LEAST_MARK = 0.001
 """Radius [m] of a landmark that would lie outside the surface."""
+_MIDDLE = 1e-9
+"""Distance [m] of a landmark from the plane of left and right up to which it is in it."""
 _TWISTED = 1e-3
+_SYMMETRIC = 1e-4
+"""Distance [m] of a mesh or a skeleton from its mirror image up to which it is symmetric."""
+_IMAGE = np.array([[1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, 1.0]])
+"""Factors of a transform (3, 4) in the mirror y = 0."""
 _MM = ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
 
 
@@ -279,9 +289,20 @@ def read_surface(
     first = np.cumsum([0, *(len(p.vertices) for p in parts)])
     faces = np.concatenate([p.faces + n for p, n in zip(parts, first, strict=False)])
     surface = sealed(np.concatenate([p.vertices for p in parts]), faces, what=str(source))
+    surface = _ordered(surface)
     size = float(np.ptp(surface.vertices, axis=0).max())
     doubts = implausible_sizes(parts, metres, file=source.stem) or person_size(size, metres)
     return replace(surface, notes=(*surface.notes, *doubts)) if doubts else surface
+
+
+def _ordered(surface: Surface) -> Surface:
+    """The surface with its vertices and faces sorted: what is fitted depends on no order in a file."""
+    order = np.lexsort(surface.vertices.T)
+    faces = np.argsort(order)[surface.faces]
+    first = faces.argmin(axis=1)[:, None]
+    faces = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1)
+    faces = faces[np.lexsort(faces.T[::-1])]
+    return Surface(surface.vertices[order], faces, surface.notes)
 
 
 def skeleton_of(
@@ -297,7 +318,9 @@ def skeleton_of(
     if body.basis is None or posture is not None or at is not None:
         return placed_skeleton(source, posture=posture, at=at)
     found = register(body, surface)
-    placed = place(found.body, found.poses)
+    plane = _mirror_plane(surface)
+    poses = found.poses if plane is None else _symmetric(found.body, found.poses, plane)
+    placed = place(found.body, poses)
     owner = tuple(found.body.segments[n] for n in found.body.sphere_segment)
     flesh = Flesh(placed.centres[0], found.body.radius[0], owner)
     note = (
@@ -306,6 +329,26 @@ def skeleton_of(
         "--at and --posture state its place and posture instead"
     )
     return Skeleton(found.body, body_path(source), placed.world_from_segment[0], (note,), flesh)
+
+
+def _mirror_plane(surface: Surface) -> float | None:
+    """The y [m] of the plane in which a surface is its own mirror image; None if it is not."""
+    side = surface.vertices[:, 1]
+    plane = 0.5 * float(side.min() + side.max())
+    image = surface.vertices * [1.0, -1.0, 1.0] + [0.0, 2.0 * plane, 0.0]
+    return plane if np.abs(surface.distance(image)).max() <= _SYMMETRIC else None
+
+
+def _symmetric(body: Body, poses: Poses, plane: float) -> Poses:
+    """The mean of a pose and its mirror image in a plane y = `plane` [m]."""
+    twin = twins_of(body)[1:] - 1
+    image = np.array([1.0, -1.0, 1.0, -1.0])  # of a rotation (w, x, y, z)
+    mean = poses.rotations + poses.rotations[:, twin] * image
+    stage = from_matrices(poses.world_from_reference[:, :, :3]) * [1.0, 0.0, 1.0, 0.0]
+    world = poses.world_from_reference.copy()
+    world[:, :, :3] = matrices(stage / np.linalg.norm(stage))
+    world[:, 1, 3] = plane
+    return Poses(mean / np.linalg.norm(mean, axis=-1, keepdims=True), poses.reference, world)
 
 
 def placed_skeleton(
@@ -343,10 +386,14 @@ def fit_body(
     count: int | None = None,
     seed: int = 0,
 ) -> SegmentedFit:
-    """Spheres for each segment of a skeleton, or for one segment without one."""
+    """Spheres for each segment of a skeleton, or for one segment without one.
+
+    A surface that is its own mirror image in a plane y = constant gives segments that are each
+    other's, if the skeleton's are and no `count` is asked for.
+    """
     if skeleton is None:
         return fit_whole(surface, limits, name=ALONE, count=count, seed=seed)
-    return fit_segments(
+    cut = fit_segments(
         surface,
         skeleton.bones,
         outward=limits.outward,
@@ -356,6 +403,16 @@ def fit_body(
         count=count,
         seed=seed,
     )
+    plane = _mirror_plane(surface) if count is None else None
+    twin = twins_of(skeleton.body)
+    image = skeleton.world[twin] * _IMAGE
+    image[:, 1, 3] += 2.0 * (plane or 0.0)
+    if plane is None or np.abs(image - skeleton.world).max() > _SYMMETRIC:
+        return cut
+    names = [skeleton.body.segments[n] for n in twin]
+    other = dict(zip(skeleton.body.segments, names, strict=True))
+    number = np.array([cut.segments.index(other[name]) for name in cut.segments])
+    return symmetric_fit(surface, regions_of(surface, skeleton.bones), cut, number, plane)
 
 
 def fitted_body_text(
@@ -408,6 +465,9 @@ def _landmarks(
     distance, _, foot = surface.nearest(body.centre[0, rows] @ rotation.T + origin)
     inside = (distance < -_LEAST_MARK)[:, None]
     centre = np.where(inside, body.centre[0, rows], (foot - origin) @ rotation)
+    # of two points as near, left and right, neither: a mark of the middle stays there
+    middle = np.abs(body.centre[0, rows, 1]) < _MIDDLE
+    centre[middle, 1] = body.centre[0, rows, 1][middle]
     radius = np.minimum(body.radius[0, rows], np.maximum(-distance, _LEAST_MARK))
     names = [
         (

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.body.scaling.morph import lengthened
 from workbench.contact.clearance_pairs import clearance_of_pairs, room_of_segments, rooms_by_mover
 from workbench.contact.kernels.search import Nearest
@@ -23,7 +24,7 @@ from workbench.model.laban import Score
 from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed, Poses, stacked
-from workbench.model.posing import attitude_matrix
+from workbench.model.posing import attitude_matrix, poses_at
 from workbench.model.surroundings import Surroundings
 from workbench.motion.laban.laban import score_poses
 from workbench.motion.recorded.doubts import motion_doubts
@@ -46,9 +47,13 @@ __all__ = [
     "load_motion",
     "nearest_criterion",
     "subject_body",
+    "written_loss",
 ]
 
 _LOOSE = 0.02
+_SAME = 1e-6
+"""Change of a place [m], an angle [rad] or a time [s] of a file that is read back up to which it is the
+same."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +142,55 @@ class _Loading:
             "another size of body?"
         )
         return (*self._notes, loose) if segment else tuple(self._notes)
+
+
+def written_loss(body: Body, poses: Poses, path: str | Path) -> str:
+    """Measure what a motion lost in a file, by reading it back.
+
+    Parameters
+    ----------
+    body, poses
+        The body, and the P frames of the motion that was written.
+    path
+        The file.
+
+    Returns
+    -------
+    str
+        A sentence with the largest changes of the joints' places, the segments' attitudes (without
+        the stage, which is no part of the body) and the times; "" where none exceeds 1e-6 m, rad or s.
+    """
+    try:
+        again, _ = load_motion(body, path)
+    except InputError as error:
+        return f"this file cannot be read back: {error}"
+    shift = poses.clock[0] - again.clock[0]
+    same_frames = len(again) == len(poses)
+    moved = turned = 0.0
+    for rows in pieces(len(poses)):
+        some = poses.rows(rows)
+        # a form without frames, such as a score, is asked at the times of the motion
+        found = again.rows(rows) if same_frames else poses_at(again, some.clock - shift)
+        was, now = (place(body, one).world_from_segment[:, 1:] for one in (some, found))
+        offset = body.joint_in_child[0]
+        apart = np.einsum("pnij,nj->pni", (now - was)[..., :3], offset) + (now - was)[..., 3]
+        moved = max(moved, float(np.linalg.norm(apart, axis=-1).max()))
+        # |R - S| = 2 sqrt(2) sin(angle / 2) of two rotations (Frobenius norm)
+        chord = np.linalg.norm((now - was)[..., :3], axis=(-2, -1)).max() / np.sqrt(8.0)
+        turned = max(turned, float(2.0 * np.arcsin(min(chord, 1.0))))
+    uneven = float(np.abs(again.clock + shift - poses.clock).max()) if same_frames else 0.0
+    losses = [
+        (moved, f"joints up to {1000 * moved:.3g} mm off"),
+        (turned, f"segments turned by up to {np.degrees(turned):.3g} degrees"),
+        (uneven, f"frames up to {1000 * uneven:.3g} ms off, which are evenly spaced there"),
+        (abs(shift), f"the first frame at {again.clock[0]:g} s, not {poses.clock[0]:g}"),
+    ]
+    said = [words for size, words in losses if size > _SAME]
+    return (
+        f"this form does not hold the whole motion; read back it has {', '.join(said)}"
+        if said
+        else ""
+    )
 
 
 def _from_markers(

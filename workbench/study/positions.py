@@ -7,9 +7,11 @@ searched:
 1. Positions on a lattice over the whole travel are tried, at most ``SPACING`` apart and with the
    ends of the travel. What seating alone answers is asked first (view, pedals). Clearances and
    reaches follow only where a person may do better than in the positions so far.
-2. Where no position fits, the neighbours of the best one are tried at halved distances down to
+2. Where no position fits, those are tried between the positions of the lattice where the margins,
+   taken as straight from one to the next, promise the most.
+3. Where still none fits, the neighbours of the best one are tried at halved distances down to
    ``FINEST``.
-3. Who misses by less than ``NEAR_MISS`` there is tried in all positions about the best one,
+4. Who misses by less than ``NEAR_MISS`` there is tried in all positions about the best one,
    ``CLOSE_SPACING`` apart, and then in its neighbours at the ``LAST_STEPS``.
 
 Who fits in none of them is tried at other settings of what may be adjusted (a wheel, pedals, the
@@ -20,8 +22,8 @@ those of the lattice are not tried: on the compact car they let nobody else fit.
 The same search says who would fit if a requirement were dropped: each of several sets of
 requirements counts as met where some position meets all of it.
 
-A person who fits only within a region smaller than the lattice, away from the best position that
-was tried, is not found.
+A person who fits only within a region smaller than the lattice, away from the positions that
+were tried, is not found.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +103,11 @@ CLOSE_SPACING = 0.005
 CLOSE = 4
 """Who misses by less [m] in the best position is tried in a lattice about it: its spacing [m], and
 how many of its points lie to each side."""
+BETWEEN = 0.002
+MOST_BETWEEN = 6
+APART_BETWEEN = 0.015
+"""Between the positions of the lattice margins are worked out so far [m] apart, and so many of the
+best places are tried, so far [m] from each other at least."""
 LAST_STEPS = (0.0025, 0.001, 0.0005)
 """Distances [m] at which the neighbours of the best position of those are tried at last."""
 WITHIN_NEIGHBOURS = 0.01
@@ -322,7 +330,8 @@ class _Search:
     wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (B, R): the requirements by which positions are compared: without those that are the same
     everywhere, or proved to be missed everywhere; score (B,) [m]: the least
     margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
-    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; before: of a changed
+    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; seen: these positions (2,) of
+    each with what there is to spare (R,) [m], NaN where that is not known; before: of a changed
     design how these people came out without the change, whose best position they begin with; notes: whether it is noted what people have to
     spare in each position; coarse: whether it is only asked who fits, see `here` of `fitted_positions`.
     """
@@ -340,7 +349,7 @@ class _Search:
     worth: float = POSITION_WORTH
     proceed: Callable[[], None] = lambda: None
     judged: set[tuple[int, float, float]] = field(default_factory=set)
-
+    seen: dict[int, list[tuple[Floats, Floats]]] = field(default_factory=dict)
     again: bool = False
     before: Before | None = None
     notes: bool = False
@@ -358,6 +367,7 @@ class _Search:
             before=self.before.rows(people) if self.before is not None else None,
             remembered=replace(self.remembered.rows(people), few_starts=few_starts),
             judged=set(),
+            seen={},
             again=True,
         )
 
@@ -387,6 +397,21 @@ class _Search:
     def moved(self) -> Bools:
         """(B,) whose best position is one of this search."""
         return np.zeros(len(self.who), dtype=np.bool_)
+
+    @cached_property
+    def held(self) -> Bools:
+        """(R,) which requirements of the posture depend on where hands are."""
+        return np.array([needs_hands(self.wanted[one.case], one) for one in self.asked])
+
+    @cached_property
+    def legs(self) -> Bools:
+        """(R,) which requirements of the posture depend on where the legs are."""
+        return np.array([needs_legs(self.wanted[one.case], one) for one in self.asked])
+
+    @cached_property
+    def movable(self) -> Bools:
+        """(R,) as of `_movable`."""
+        return _movable(self.place, self.asked)
 
     @cached_property
     def comfortable(self) -> Floats:
@@ -653,7 +678,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     """
     search.proceed()
     found = no_margins(len(people), search.asked)
-    same = ~_movable(search.place, search.asked)
+    same = ~search.movable
     found.put(np.arange(len(people)), np.flatnonzero(same), _of(search.fixed, people, same))
     wanted = [situation.rows(people) for situation in search.wanted]
     who = search.who.rows(people)
@@ -755,6 +780,8 @@ def _ask_each(
 
 def _note(search: _Search, people: Ints, positions: Floats, margin: Floats) -> None:
     """Note what people (N,) have to spare in positions (N, 2), as far as it is known (N, R)."""
+    for person, position, some in zip(people.tolist(), positions, margin, strict=True):
+        search.seen.setdefault(person, []).append((position, some))
     if search.notes:
         setting = np.broadcast_to(search.setting, (len(people), len(search.setting)))
         rows = np.hstack([setting, positions, margin])
@@ -789,15 +816,15 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     these. The order does not depend on who else is asked.
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
-    held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
+    held = search.held
     looks = np.array([takes_looks(search.place, one) for one in search.asked])
     seen = np.array([one.requirement.of_sight for one in search.asked])
     missed = search.best.tried.margin[people] < -MET
-    legs = np.array([needs_legs(search.wanted[one.case], one) for one in search.asked])
+    legs = search.legs
     dear = (held | (cost == REACHING)) & ~looks
     cheap = (cost == IN_POSTURE) & ~dear & ~looks
     pedals = np.array([one.requirement.check == "pedals" for one in search.asked])
-    movable = _movable(search.place, search.asked)
+    movable = search.movable
 
     def stage(columns: Bools, *, at_most: bool = False, legs: bool = True) -> _Stage:
         return _Stage(np.broadcast_to(columns & movable, missed.shape), at_most, legs)
@@ -879,6 +906,86 @@ def _refine(search: _Search) -> None:
         _try_neighbours(search, _near_misses(search), step)
 
 
+def _try_between(search: _Search, positions: Floats) -> None:
+    """Try those who fit in no position of the lattice where the margins between its positions
+    promise more than the best of them has.
+
+    The best of two limits that work against each other (room above the head, height of the eyes)
+    lies along a narrow crest. Positions of the lattice lie beside it, now nearer, now farther, so
+    that the nearest of them says little of where the crest is highest. Each margin by itself changes
+    smoothly: it is taken as linear along both ways between four positions, and goes on as from the
+    two nearest where it is not known (who misses much there is asked no further). What is not known
+    then is taken as met.
+    """
+    if search.begun:
+        return
+    people = np.flatnonzero((search.score < -MET) & search.unrefined)
+    ends = [np.unique(axis) for axis in positions.T]
+    fine, weights = zip(*(_between(axis) for axis in ends), strict=True)
+    places = np.stack(np.meshgrid(*fine, indexing="ij"), axis=-1).reshape(-1, 2)
+    wanted = []
+    for person in people.tolist():
+        margin = _on_lattice(search.seen.get(person, []), ends, len(search.asked))
+        margin = _continued(_continued(margin, 1), 0)
+        unknown = np.isnan(margin) | ~search.counted[person]
+        known = np.einsum("ai,bj,ijr->abr", *weights, np.where(unknown, 0.0, margin))
+        some = np.einsum("ai,bj,ijr->abr", *weights, unknown.astype(np.float64))
+        promise = np.where(some > 0, np.inf, known).min(axis=2).ravel()
+        least = max(float(search.score[person]) + search.worth, -NEAR_MISS)
+        wanted += [(person, places[one]) for one in _peaks(promise, places, least)]
+    if wanted:
+        at = np.array([place for _, place in wanted])
+        _try_positions(search, np.array([person for person, _ in wanted]), at)
+
+
+def _between(axis: Floats) -> tuple[Floats, Floats]:
+    """(F,) places along an axis (N,), BETWEEN apart at most, and (F, N) the weight that each place of
+    the axis has there for what is linear in between."""
+    fine = [
+        np.linspace(low, high, 1 + int(np.ceil((high - low) / BETWEEN - 1e-9)))[:-1]
+        for low, high in pairwise(axis)
+    ]
+    places = np.concatenate([*fine, axis[-1:]])
+    return places, np.stack([np.interp(places, axis, one) for one in np.eye(len(axis))], axis=1)
+
+
+def _on_lattice(
+    seen: Sequence[tuple[Floats, Floats]], axes: Sequence[Floats], count: int
+) -> Floats:
+    """(N, M, R) [m] what somebody has to spare in the positions of a lattice with axes (N,) and
+    (M,), NaN where it is not known, from what was `seen`."""
+    margin = np.full((len(axes[0]), len(axes[1]), count), np.nan)
+    for position, some in seen:
+        where = [
+            int(np.argmin(np.abs(axis - one))) for axis, one in zip(axes, position, strict=True)
+        ]
+        if abs(axes[0][where[0]] - position[0]) + abs(axes[1][where[1]] - position[1]) < 1e-9:
+            margin[tuple(where)] = some
+    return margin
+
+
+def _continued(margin: Floats, axis: int) -> Floats:
+    """Margins (N, M, R) in which those that are not known go on straight along an axis, as from the
+    two nearest that are known on the one side or the other."""
+    found = np.moveaxis(margin.copy(), axis, 0)
+    count = len(found)
+    for step, places in ((1, range(2, count)), (-1, range(count - 3, -1, -1))):
+        for place in places:
+            straight = 2 * found[place - step] - found[place - 2 * step]
+            found[place] = np.where(np.isnan(found[place]), straight, found[place])
+    return np.moveaxis(found, 0, axis)
+
+
+def _peaks(promise: Floats, places: Floats, least: float) -> list[int]:
+    """The places (P, 2) of the greatest promise (P,) above `least`, the greatest first."""
+    left = np.where(promise > least, np.round(promise, DECIMALS), -np.inf)
+    found: list[int] = []
+    while len(found) < MOST_BETWEEN and (left > -np.inf).any():
+        found.append(int(np.argmax(left)))
+        left[np.linalg.norm(places - places[found[-1]], axis=1) < APART_BETWEEN] = -np.inf
+    return found
+
+
 def _search_travel(search: _Search, positions: Floats) -> None:
     """Search the travel of the seat: the lattice of positions, then about the best position of each.
 
@@ -889,6 +996,7 @@ def _search_travel(search: _Search, positions: Floats) -> None:
     """
     first = search.best.rows(np.arange(len(search.who)))
     _scan(search, positions)
+    _try_between(search, positions)
     _refine(search)
     few = search.best.tried.margin.copy()
     fits = search.score >= -MET

@@ -169,7 +169,9 @@ def who_reaches(
                     person=who[some],
                 )
                 target = points[at[some]][:, None]
-                found[some] = reach(body, each, target, limb=arm, threads=threads).reached[:, 0]
+                found[some] = reach(
+                    body, each, target, limb=arm, thorough=False, threads=threads
+                ).reached[:, 0]
         return found
 
     return _asked(points, order or from_coarse_to_fine(points), known, ask, coarse)

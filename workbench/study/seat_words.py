@@ -123,7 +123,8 @@ def _travel_off(situation: Situation, seated: Seated) -> Shortfall | None:
     return _shortfall(
         situation,
         "seat",
-        f"{'the feet reach, but ' * reached}the pedals are {_pedals_off(beyond)} for the legs",
+        f"{'the feet reach the pedals, but ' * reached}{'these' if reached else 'the pedals'} are "
+        f"{_pedals_off(beyond)} for legs at ease",
         size=abs(beyond),
         why=f"the seat would have to go {_farther(beyond)} than its travel",
     )
@@ -250,7 +251,7 @@ def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> l
     legs = ""
     at_end = float(situation.spare[0].min()) < AT_END  # what pedals are for the legs is said then
     if on_fixed_pedals(situation) and abs(ahead) >= PEDALS_OFF and not at_end:
-        legs = f"; the pedals are then {_pedals_off(-ahead)} for the legs"
+        legs = f"; the pedals are then {_pedals_off(-ahead)} for legs at ease"
     return [f"{lead}: the seat is set {where}, where {why}{there}{legs}"]
 
 

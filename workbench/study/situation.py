@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from workbench.posture.reaching.heeding import clear_fingers
 from workbench.posture.reaching.history import ReachHistory, Recall
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
 from workbench.posture.reaching.obstacles import Room
+from workbench.posture.reaching.oneself import in_own_legs
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.clear_legs import clear_legs
 from workbench.posture.seating.driving import driving_posture
@@ -285,7 +286,7 @@ class Situation:
     @cached_property
     def nearest(self) -> Clearance:
         """The nearest pairs of segments and parts, with the own seat in its reference position."""
-        return nearest(self.placed, self.environment)
+        return nearest(self.placed, self.environment, through=True)
 
     @cached_property
     def own(self) -> Clearance:
@@ -480,15 +481,37 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
             return _bent(seating, seating.stand, body, poses, positions)
         stepped = stepped if positions is None else positions
         return Taken(_standing(body, poses, seating.stand.floor(stepped)), None, stepped)
+    found = _remembered(seating, who, poses, positions)
+    return Taken(found.poses, found, stepped)
+
+
+def _remembered(seating: Seating, who: Occupants, poses: Poses, positions: Floats | None) -> Seated:
+    """Seat people; who was seated in a position before is remembered, whatever the travel was."""
+    assert seating.seat is not None
+    if positions is None or who.seats is None:
+        return _seated(seating, who, poses, positions)
+    anywhere = replace(seating.seat, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
+    held = replace(seating, seat=anywhere)
+
+    def some(rows: Ints) -> Seated:
+        return _seated(held, who.rows(rows), poses.rows(rows), positions[rows])
+
+    return who.seats.seated(content_key("seats", held), who.numbers, positions, some)
+
+
+def _seated(seating: Seating, who: Occupants, poses: Poses, positions: Floats | None) -> Seated:
+    """Seat people, of whom drivers come to the wheel."""
+    assert seating.seat is not None
     if seating.driving is None:
-        found = _seated(seating, who, poses, positions)
-        return Taken(found.poses, found, stepped)
+        return seat(
+            who.body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals, held=positions
+        )
     assert seating.package is not None and seating.pedals is not None
-    driven = driving_posture(
-        body,
+    return driving_posture(
+        who.body,
         poses,
         seating.seat,
-        drivers=drivers_among(who.people, who.numbers.tolist(), body, seating.driving),
+        drivers=drivers_among(who.people, who.numbers.tolist(), who.body, seating.driving),
         seed=seating.driving.seed,
         package=seating.package,
         feet=seating.pedals.at,
@@ -496,23 +519,6 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         numbers=(who.first + who.numbers).tolist(),
         positions=positions,
     )
-    return Taken(driven.poses, driven, stepped)
-
-
-def _seated(seating: Seating, who: Occupants, poses: Poses, positions: Floats | None) -> Seated:
-    """Seat people who do not drive; who was seated in a position before is remembered, whatever the
-    travel was."""
-    assert seating.seat is not None
-    ask = partial(seat, eye=seating.eye, pedals=seating.pedals)
-    if positions is None or who.seats is None:
-        return ask(who.body, poses, seating.seat, held=positions)
-    held = replace(seating.seat, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
-
-    def some(rows: Ints) -> Seated:
-        return ask(who.body[rows], poses.rows(rows), held, held=positions[rows])
-
-    key = content_key("seats", replace(seating, seat=held))
-    return who.seats.seated(key, who.numbers, positions, some)
 
 
 def on_fixed_pedals(situation: Situation) -> bool:
@@ -640,7 +646,49 @@ def with_clear_legs(situation: Situation) -> Situation:
     )
     clear = replace(seated, poses=found.poses, leg_overlap=found.overlap, leg_part=found.part)
     taken = Taken(found.poses, clear, situation.taken.stepped, seated)
-    return replace(situation, taken=taken, poses=found.poses)
+    clear_of_parts = replace(situation, taken=taken, poses=found.poses)
+    asked = [one for one in place.criteria if one.asks(situation.work.name)]
+    if any(one.check == "self_contact" for one in asked) and _hands_of(situation):
+        return _with_parted_knees(clear_of_parts)
+    return clear_of_parts
+
+
+def _with_parted_knees(situation: Situation) -> Situation:
+    """The same, where the legs give way to the arms of people whose hands come to what they hold only
+    with an arm in a leg: to those that then do by less."""
+    rows = np.flatnonzero(in_own_legs(situation.body, situation.held.own) > 0.0)
+    if not len(rows):
+        return situation
+    some = situation.rows(rows)
+    seated = some.seated
+    assert seated is not None
+    legs = clear_legs(
+        some.body,
+        some.held.poses,
+        situation.environment,
+        {foot: seated.pitches.get(foot) for foot in seated.miss},
+        sat_on=situation.place.moving_parts,
+        arms=True,
+    )
+    turned = [joint for foot in seated.miss for joint in limb(some.body, foot).free]
+    parted = _turned_as(some, turned, legs.poses.rotations)
+    deep = (in_own_legs(some.body, one.held.own) for one in (parted, some))
+    less = np.less(*deep)
+    rotations = situation.poses.rotations.copy()
+    rotations[rows[less]] = parted.poses.rotations[less]
+    return _turned_as(situation, turned, rotations) if less.any() else situation
+
+
+def _turned_as(situation: Situation, joints: Sequence[int], rotations: Floats) -> Situation:
+    """A situation with the hands at rest, where people who sit have turned some joints as rotations
+    (B, J, 4) say."""
+    turned = situation.poses.rotations.copy()
+    turned[:, joints] = rotations[:, joints]
+    poses = replace(situation.poses, rotations=turned)
+    seated = situation.seated
+    assert seated is not None
+    taken = replace(situation.taken, poses=poses, seated=replace(seated, poses=poses))
+    return replace(situation, taken=taken, poses=poses)
 
 
 def position_of(situation: Situation) -> Floats:

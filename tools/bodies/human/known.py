@@ -111,10 +111,9 @@ _HEIGHTS = {
 """Heights [mm] of the joints of a man and a woman over the soles. Knee and ankle are at the lateral
 epicondyle of the femur and the lateral malleolus (491 and 465, 73 and 63 in ANSUR II), the wrist at
 the stylion, the elbow 3 % of the forearm over the radiale, the shoulder 38 mm under the acromion.
-The hip joint is 15 mm over the trochanterion (899 and 844), which is felt through flesh under the
-tip of the bone: with it the thigh is .241 and .242 of the stature, as joint centres have it (.2405
-to .2425: AnyBody's AMMR, de Leva 1996), where trochanterion and epicondyle are .2335 apart. The
-shank is .241 and .247 (.24 to .249)."""
+The hip joint is 15 mm over the trochanterion (899 and 844), in the middle of what is published: -7 mm
+(tip of the bone) to 33 (de Leva 1996), see docs/human-family.md. The thigh is .241 and .242 of the
+stature (.234 to .2425), the shank .241 and .247 (.24 to .25)."""
 _SEATED = ((1.096, 0.75), (1.124, 0.73))
 """Breadth and thickness of hips and thighs on a seat as shares of those standing, men and women.
 The breadths are the medians of hip breadth sitting over hip breadth in ANSUR II, computed from the

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from workbench.body.fitting.candidates import Limits, random_samples
 from workbench.body.fitting.decompose import MAX_SPHERES, SphereFit, fit_regions
-from workbench.body.fitting.fit_quality import distance_to_union, exposed_points
+from workbench.body.fitting.fit_quality import distance_to_union, exposed_points, fit_quality
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.problem import Joints, packed
 from workbench.body.fitting.proof import gap_bound, split_triangles
@@ -34,10 +34,13 @@ __all__ = [
     "fit_whole",
     "part_qualities",
     "regions_of",
+    "symmetric_fit",
 ]
 
 _SAME_POINT = 1e-3
 """Distance [m] up to which ends of bones are one joint."""
+_ROUNDING = 1e-9
+"""Distance [m] up to which a sphere and the image of another are one."""
 _MAX_SEGMENTS = 60
 """Segments at most, since they are bits of one number."""
 _STEPS = 8
@@ -221,6 +224,65 @@ def fit_whole(
     member = np.ones((len(fit.radius), 1), dtype=np.bool_)
     return SegmentedFit(
         fit, (name,), member, part_qualities(surface, Regions(), (fit.centre, fit.radius), member)
+    )
+
+
+def symmetric_fit(
+    surface: Surface, regions: Regions, cut: SegmentedFit, twin: Ints, plane: float
+) -> SegmentedFit:
+    """Replace the spheres fitted to a symmetric surface by those of its left half and their images.
+
+    A sphere of the right half that reaches over the plane counts as its image on the left. A point
+    on the left is at most as far from that image as from the sphere, so that what was proved holds.
+
+    Parameters
+    ----------
+    surface, regions
+        The surface, its own image in the plane y = `plane` [m], and the parts of its segments.
+    cut
+        A fit.
+    twin
+        (N,) the segment on the other side of each.
+    """
+    flip = np.array([1.0, -1.0, 1.0, 1.0])
+    moved = np.array([0.0, 2.0 * plane, 0.0, 0.0])
+    balls = np.column_stack([cut.fit.centre, cut.fit.radius])
+    left = balls[:, 1] >= plane
+    over = ~left & (balls[:, 1] + balls[:, 3] > plane)
+    half = np.concatenate([balls[left], balls[over] * flip + moved])
+    member = np.concatenate([cut.member[left], cut.member[over][:, twin]])
+    same = np.abs(half[:, None] - half).max(axis=2) < _ROUNDING
+    first = same.argmax(axis=1) == np.arange(len(half))
+    half, member = half[first], member[first]
+    middle = half[:, 1] < plane + _ROUNDING
+    half[middle, 1] = plane
+    member[middle] |= member[middle][:, twin]
+    balls = np.concatenate([half, half[~middle] * flip + moved])
+    member = np.concatenate([member, member[~middle][:, twin]])
+    spheres = balls[:, :3], balls[:, 3]
+    fit = replace(
+        cut.fit,
+        centre=spheres[0],
+        radius=spheres[1],
+        region=packed(member),
+        quality=fit_quality(
+            surface, *spheres, seconds=cut.fit.quality.seconds, proved=cut.fit.inward
+        ),
+    )
+    parts = part_qualities(surface, regions, spheres, member)
+    return SegmentedFit(fit, cut.segments, member, _alike(parts, twin))
+
+
+def _alike(parts: tuple[PartQuality, ...], twin: Ints) -> tuple[PartQuality, ...]:
+    """The figures of segments with the volume and the bounds that they share with their twins."""
+    return tuple(
+        replace(
+            part,
+            volume=0.5 * (part.volume + parts[k].volume),
+            outside=max(part.outside, parts[k].outside),
+            inside=max(part.inside, parts[k].inside),
+        )
+        for part, k in zip(parts, twin.tolist(), strict=True)
     )
 
 

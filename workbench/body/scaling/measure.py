@@ -37,9 +37,8 @@ _THROUGH = (FRONT, BACK)
 _RADIALE = 0.03
 """How far the head of the radius lies beyond the elbow joint, as a share of the forearm."""
 _TROCHANTERION = 0.036
-"""How far the trochanterion lies under the hip joint, as a share of the thigh: the thigh is .2405 to
-.2425 of the stature from joint to joint (AnyBody's AMMR; de Leva 1996) and .2335 from trochanterion
-to epicondyle (ANSUR II)."""
+"""How far the trochanterion lies under the hip joint, as a share of the thigh: the middle of what is
+published, see docs/human-family.md."""
 
 
 def _once(function: Callable[..., Length]) -> Callable[..., Length]:

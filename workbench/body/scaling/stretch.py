@@ -37,6 +37,14 @@ def groups_of(body: Body) -> Ints:
     return np.array([order.index(name) for name in plain])
 
 
+def twins_of(body: Body) -> Ints:
+    """Return the segment (N,) on the other side of each, itself of the middle ones."""
+    alike = groups_of(body)[:, None] == groups_of(body)
+    number = np.arange(len(alike))
+    # of two alike the other one is their sum less oneself
+    return np.where(alike.sum(axis=1) == 2, alike @ number - number, number)
+
+
 def stretch_shapes(body: Body, groups: Ints) -> Shape:
     """Return what each parameter adds to the shape of a body.
 

@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.geometry.polygon import point_winding
 from workbench.geometry.vectors import cross, dot
 
-__all__ = ["Shells", "inside_part", "is_closed", "odd_shares"]
+__all__ = ["Shells", "crossings_between", "inside_part", "is_closed", "odd_shares"]
 
 DOUBT = 1 << 40
 """Stands for a crossing whose sign is not sure: more than all triangles together."""
@@ -204,3 +204,19 @@ def odd_shares(points, directions, faces, shells, part, stack, share):  # type: 
                     sure += 1
                     odd += total & 1
         share[q] = odd / max(sure, 1)
+
+
+@batch_loop
+def crossings_between(start, end, ray, wide, faces, shells, part, stack, count):  # type: ignore[no-untyped-def]
+    """Signed crossings (Q,) of a part by the straight lines from points (Q, 3) to others [m].
+
+    They are those of a ray from the start less those of the same ray from the end; 0 where any of
+    them is in doubt. ray (Q, 3): from start to end, no component zero; wide [m]: the rounding of
+    coordinates; stack (64,) is working space; count is filled.
+    """
+    m = faces.root[part]
+    for q in range(len(start)):
+        way = ray[q, 0], ray[q, 1], ray[q, 2]
+        a = _crossings(start[q, 0], start[q, 1], start[q, 2], way, faces, shells, m, wide, stack)
+        b = _crossings(end[q, 0], end[q, 1], end[q, 2], way, faces, shells, m, wide, stack)
+        count[q] = 0 if a == DOUBT or b == DOUBT else a - b

@@ -23,9 +23,15 @@ from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.motion import Bones
 from workbench.model.poses import Placed, Poses
-from workbench.model.quaternions import exponential, matrices, multiply
+from workbench.model.quaternions import (
+    conjugate,
+    exponential,
+    from_matrices,
+    matrices,
+    multiply,
+)
 
-__all__ = ["bone_batches", "bvh_text"]
+__all__ = ["bone_batches", "bvh_text", "own_poses"]
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CHANNELS = {
@@ -307,6 +313,8 @@ _FILE_FROM_WORLD = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """Rotation from x forward, y left, z up to the usual BVH: x left, y up, z forward."""
 _CENTIMETRES = 100.0
 """[1/m]."""
+_ROUNDED = 1e-6
+"""Change [cm] of an OFFSET that is written with six decimals."""
 
 
 def bvh_text(body: Body, poses: Poses, placed: Iterable[Placed]) -> Iterator[str]:
@@ -323,12 +331,12 @@ def bvh_text(body: Body, poses: Poses, placed: Iterable[Placed]) -> Iterator[str
     placed
         The frames in the world, in batches.
     """
-    root = 1 if body.segments[0] == "STG" and len(body.segments) > 1 else 0
+    root = _root(body)
     yield "HIERARCHY\n"
     yield from _bone_lines(body, root, 0)
     time = poses.clock
     step = float((time[-1] - time[0]) / (len(time) - 1)) if len(time) > 1 else 1.0
-    yield f"MOTION\nFrames: {len(poses)}\nFrame Time: {step:.9g}\n"
+    yield f"MOTION\nFrames: {len(poses)}\nFrame Time: {step:.12g}\n"
     order = _depth_first(body, root)
     first = 0
     for batch in placed:
@@ -336,6 +344,47 @@ def bvh_text(body: Body, poses: Poses, placed: Iterable[Placed]) -> Iterator[str
         first += len(batch)
         for row in table.tolist():
             yield " ".join(f"{value:.6f}" for value in row) + "\n"
+
+
+def own_poses(body: Body, bones: Bones) -> Poses | None:
+    """Return the motion of bones that `bvh_text` wrote of a body, None of any other skeleton.
+
+    They are known by names, tree, and offsets in centimetres. Nothing is guessed of them: axes, unit
+    and zero pose are those of `bvh_text`, and each joint turns as it is written.
+
+    Parameters
+    ----------
+    body, bones
+        The body that moves, and a skeleton in P frames.
+    """
+    order = _depth_first(body, _root(body))
+    parents = [order.index(int(body.parent[n])) if k else -1 for k, n in enumerate(order)]
+    if bones.names != tuple(body.segments[n] for n in order) or bones.parent.tolist() != parents:
+        return None
+    wanted = np.array([_bone_offset(body, segment) for segment in order])
+    inner = [bones.offset, bones.shift[:, 1:], (bones.overview or bones).shift[:, 1:]]
+    if any(
+        np.abs(given - wanted[-given.shape[-2] :]).max(initial=0.0) > _ROUNDED for given in inner
+    ):
+        return None
+    # a turn T in the file's axes is F' T F in the world's, F the file's axes from the world's
+    axes = from_matrices(_FILE_FROM_WORLD[None])[0]
+    turns = multiply(conjugate(axes), multiply(bones.rotations, axes))
+    rotations = np.zeros((len(bones.time), len(body.joints), 4))
+    rotations[..., 0] = 1.0
+    for k, segment in enumerate(order):
+        if segment:
+            rotations[:, segment - 1] = turns[:, k]
+    world = np.zeros((len(bones.time), 3, 4))
+    world[:, :, :3] = matrices(turns[:, 0])
+    world[:, :, 3] = bones.shift[:, 0] @ _FILE_FROM_WORLD / _CENTIMETRES
+    world[:, :, 3] -= world[:, :, :3] @ _bone_origin(body, order[0])
+    return Poses(rotations, order[0], world, bones.time)
+
+
+def _root(body: Body) -> int:
+    """Return the segment whose bone is the first: the one on the stage, which is no part of a body."""
+    return 1 if body.segments[0] == "STG" and len(body.segments) > 1 else 0
 
 
 def _channel_values(body: Body, order: list[int], poses: Poses, placed: Placed) -> Floats:
@@ -365,8 +414,17 @@ def _bone_origin(body: Body, segment: int) -> Floats:
     return np.asarray(body.joint_in_child[0, segment - 1]) if segment else np.zeros(3)
 
 
+def _bone_offset(body: Body, segment: int) -> Floats:
+    """Return the OFFSET (3,) [cm] of a segment's bone, 0 for the first one."""
+    if segment == _root(body):
+        return np.zeros(3)
+    parent = int(body.parent[segment])
+    offset = body.joint_in_parent[0, segment - 1] - _bone_origin(body, parent)
+    return _CENTIMETRES * _FILE_FROM_WORLD @ offset
+
+
 def _offset_text(offset: Floats) -> str:
-    x, y, z = _CENTIMETRES * _FILE_FROM_WORLD @ offset + 0.0
+    x, y, z = offset + 0.0
     return f"OFFSET {x:.6f} {y:.6f} {z:.6f}"
 
 
@@ -375,18 +433,14 @@ def _bone_lines(body: Body, segment: int, depth: int) -> Iterator[str]:
     pad = "\t" * depth
     kind = "JOINT" if depth else "ROOT"
     channels = "3" if depth else "6 Xposition Yposition Zposition"
-    offset = np.zeros(3)
-    if depth:
-        parent = int(body.parent[segment])
-        offset = body.joint_in_parent[0, segment - 1] - _bone_origin(body, parent)
     yield f"{pad}{kind} {body.segments[segment]}\n{pad}{{\n"
-    yield f"{pad}\t{_offset_text(offset)}\n"
+    yield f"{pad}\t{_offset_text(_bone_offset(body, segment))}\n"
     yield f"{pad}\tCHANNELS {channels} Zrotation Xrotation Yrotation\n"
     children = np.flatnonzero(body.parent == segment).tolist()
     for child in children:
         yield from _bone_lines(body, child, depth + 1)
     if not children:  # the bone ends at the centre of gravity, so that it has a direction
-        end = _offset_text(-_bone_origin(body, segment))
+        end = _offset_text(-_CENTIMETRES * _FILE_FROM_WORLD @ _bone_origin(body, segment))
         yield f"{pad}\tEnd Site\n{pad}\t{{\n{pad}\t\t{end}\n{pad}\t}}\n"
     yield f"{pad}}}\n"
 
@@ -394,11 +448,13 @@ def _bone_lines(body: Body, segment: int, depth: int) -> Iterator[str]:
 def _euler_angles(turn: Floats) -> Floats:
     """Return the angles (P, 3) [degrees] about z, x and y whose rotations, multiplied in this
     order, give rotations (P, 3, 3)."""
-    sine = turn[:, 2, 1]
-    x = np.arcsin(np.clip(sine, -1.0, 1.0))
-    regular = np.abs(sine) < 1.0 - 1e-12  # otherwise gimbal lock: y is set to 0
-    z = np.where(
-        regular, np.arctan2(-turn[:, 0, 1], turn[:, 1, 1]), np.arctan2(turn[:, 1, 0], turn[:, 0, 0])
+    # z from the second column; what is left of it along the turned x is the sine of y, so that y takes
+    # up what rounding adds to z where x is near a right angle and only their sum or difference counts
+    z = np.arctan2(-turn[:, 0, 1], turn[:, 1, 1])
+    cosine = np.cos(z)
+    sine = np.sin(z)
+    x = np.arctan2(turn[:, 2, 1], np.hypot(turn[:, 0, 1], turn[:, 1, 1]))
+    y = np.arctan2(
+        cosine * turn[:, 0, 2] + sine * turn[:, 1, 2], cosine * turn[:, 0, 0] + sine * turn[:, 1, 0]
     )
-    y = np.where(regular, np.arctan2(-turn[:, 2, 0], turn[:, 2, 2]), 0.0)
     return np.asarray(np.degrees(np.stack([z, x, y], axis=-1)))

@@ -231,7 +231,7 @@ def _segment_track(table: _Table) -> SegmentTrack:
 def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
     """Yield the lines of the project's own CSV for a motion.
 
-    Angles go on from frame to frame without jumps by whole turns, with seven digits. They are read
+    Angles go on from frame to frame without jumps by whole turns, with ten digits. They are read
     back by `read_angle_table`.
     """
     yield "# workbench motion\n"
@@ -245,7 +245,12 @@ def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
     continuous = ContinuousAngles()
     for rows in pieces(len(poses)):
         batch = poses.rows(rows)
-        angles = continuous.take(angles_of(body, batch))
+        plain = angles_of(body, batch)
+        angles = continuous.take(plain)
+        # turns that would be refused when they are read (`_max_angle`) begin anew
+        many = np.abs(angles).max(axis=-1) > _MAX_ANGLE
+        refused = many & (np.asarray(body.stops.kind) != StopKind.FREE)
+        angles = np.where(refused[..., None], plain, angles)
         yield from _angle_lines(batch, angles, poses.clock[rows])
 
 
@@ -257,7 +262,7 @@ def _angle_lines(poses: Poses, joint_angles: Floats, clock: Floats) -> Iterator[
     for p, time in enumerate(clock.tolist()):
         position = [f"{1000 * v:.6f}" for v in world[p, :, 3]]
         turn = [f"{v:.12f}" for v in turns[p]]
-        row = [f"{time:.9g}", *position, *turn, *(f"{v:.7g}" for v in angles[p])]
+        row = [f"{time:.9g}", *position, *turn, *(f"{v:.10g}" for v in angles[p])]
         yield ", ".join(row) + "\n"
 
 

@@ -58,6 +58,9 @@ __all__ = ["CaseActions", "aims_of", "case_actions", "library_of", "load_actions
 STANDS_LIKE = "standing"
 """The posture that the prediction of somebody who stands begins from, where none is stated."""
 
+_IN_LAP = "hands_in_lap"
+"""The posture of a body whose hands rest on the thighs, where it has one."""
+
 CaseActions = dict[tuple[int, str], Action]
 """The actions that could be loaded, by the row of their case and the role."""
 
@@ -260,7 +263,26 @@ def _predicted(work: Work, asked: _Asked, room: Environment | None) -> Predicted
     postures = _named(work, asked, (asked.file.kind, "like"), like)
     if postures is None:
         return None
+    if role.seat is not None and "like" not in file.model_fields_set:
+        _idle_note(work, asked, file.hands, like, postures)
     return PredictedPosture(like, _pose(asked.role, postures, like, {}), aims_of(file))
+
+
+def _idle_note(
+    work: Work, asked: _Asked, hands: SidesFile, like: str, postures: PosturesFile
+) -> None:
+    """Say that a hand without a control stays where the posture that is taken has it."""
+    free = {limb for limb in ("left hand", "right hand") if limb not in hands.held("hand")}
+    idle = [limb for limb in sorted(free) if f"{limb[0].upper()}HN" not in asked.role.file.without]
+    if not idle:
+        return
+    case = next(case.name for row, case in work.parts.cases if row == asked.key[1])
+    lap = "; 'like: hands_in_lap' lays them in the lap" if _IN_LAP in postures.postures else ""
+    arms = "both arms stay" if len(idle) > 1 else "that arm stays"
+    work.notes.append(
+        f"{asked.name}, {case}: no control is stated for the {' and the '.join(idle)}, so {arms} "
+        f"as in the posture {like!r}, whatever is in the way: 'hands' says what is held{lap}"
+    )
 
 
 def _standing_faults(work: Work, key: Key, file: PredictedFile | DriverFile) -> None:

@@ -526,6 +526,7 @@ def _study(
         contact_forces=_forces(file, known),
         warnings=(
             *room.warnings,
+            *work.notes,
             *study_doubts(room, known.roles, actions, criteria),
             *length_doubts(stood, file),
         ),

@@ -28,6 +28,7 @@ from workbench.model.population import COCKPIT, SEXES, Population, PopulationMod
 from workbench.model.posing import motion_of
 from workbench.model.stops import StopKind
 from workbench.model.study import PeopleDrawn
+from workbench.model.units import plain
 
 __all__ = [
     "LoadedRole",
@@ -38,7 +39,6 @@ __all__ = [
     "people_files",
     "place_faults",
     "reduced",
-    "rows_of",
 ]
 
 
@@ -220,7 +220,7 @@ def _population(
     try:
         work.inputs |= people_files(file, near)
         if file.files is not None:
-            return rows_of(file, near)
+            return _rows_of(work, file)
         model = model_of(file, near)
     except InputError as error:
         work.errors((*key, "source" if file.files is None else "files"), error)
@@ -357,15 +357,15 @@ def _of_sexes(people: Population, file: PopulationFile) -> Population:
     return people.rows(np.isin(people.sex, [SEXES.index(sex) for sex in file.sexes]))
 
 
-def rows_of(file: PopulationFile, near: Path) -> Population:
+def _rows_of(work: Work, file: PopulationFile) -> Population:
     """The people of the CSV files, with all measures that the files have in common, those of the
     sexes asked for.
 
     InputError names line and column of what is missing or no person's, and the measures that a
     workplace cannot be fitted without.
     """
-    paths = list(people_files(file, near).values())
-    measures = _common_measures(paths)
+    paths = list(people_files(file, work.path.parent).values())
+    measures = _common_measures(work, paths)
     unit = metres_in[file.unit]
     people = read_ansur(*paths, measures=measures, unit=unit, weights=file.weights)
     people = _of_sexes(people, file)
@@ -376,9 +376,17 @@ def rows_of(file: PopulationFile, near: Path) -> Population:
     return people
 
 
-def _common_measures(paths: list[Path]) -> tuple[str, ...]:
-    """The measures that all files have; InputError where one is missing that fitting needs."""
+def _common_measures(work: Work, paths: list[Path]) -> tuple[str, ...]:
+    """The measures that all files have, and a note of those that only some have; InputError where
+    one is missing that fitting needs."""
     found = measures_in(*paths)
+    for path in paths if len(paths) > 1 else []:
+        own = [name for name in measures_in(path) if name not in found]
+        if own:
+            work.notes.append(
+                f"{path}: {plain(', '.join(own))}: not read, as not every file of these people has "
+                f"{'it' if len(own) == 1 else 'them'}"
+            )
     missing = [name for name in COCKPIT if name not in found]
     if missing:
         words = ", ".join(str(path) for path in paths)

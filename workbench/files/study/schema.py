@@ -450,7 +450,7 @@ class CaseFile(FileModel):
 CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "contact": ((), ("segments", "subparts", "parts", "at_most")),
     "clearance": (("at_least",), ("segments", "subparts", "parts")),
-    "self_contact": ((), ("segments",)),
+    "self_contact": ((), ("segments", "at_most")),
     "between_people": ((), ("segments", "at_least")),
     "stops": ((), ("segments", "at_least")),
     "reach": ((), ("controls", "zone", "hand")),
@@ -593,7 +593,7 @@ class CriterionFile(FileModel):
             raise ValueError("'down' of check: over_nose is 0 to 89 degrees")
         if self.check == "share" and (self.people is not None or self.cases is not None):
             raise ValueError("a share is of the whole population: leave out 'people' and 'cases'")
-        if self.check in ("contact", "pedals") and (self.at_most or 0.0) < 0:
+        if self.check in ("contact", "self_contact", "pedals") and (self.at_most or 0.0) < 0:
             raise ValueError(f"'at_most' of check: {self.check} is 0 or more")
         if self.direction is not None and not any(self.direction):
             raise ValueError("'direction' must not be zero")

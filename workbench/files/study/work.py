@@ -21,7 +21,8 @@ Key = tuple[str | int, ...]
 class Work:
     """A study file that is being read.
 
-    inputs: the files it names, by role; environments: those that are loaded, by their files.
+    inputs: the files it names, by role; environments: those that are loaded, by their files; notes:
+    what is no fault and may be a mistake.
     """
 
     path: Path
@@ -30,6 +31,7 @@ class Work:
     faults: list[str]
     inputs: dict[str, Path] = field(default_factory=dict)
     environments: dict[Path, Environment] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
     def fault(self, key: Key, what: str) -> None:
         """Report a fault of the value at a key."""

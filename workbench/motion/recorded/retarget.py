@@ -16,6 +16,7 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.errors import InputError, one_of
+from workbench.files.motions.bvh import own_poses
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.motion import Bones, SegmentTrack
@@ -57,7 +58,8 @@ def retarget(
 ) -> tuple[Poses, tuple[str, ...]]:
     """Compute the motion of a skeleton as poses of a body.
 
-    The lower torso is placed so that the middle of the hips is where it is in the file.
+    The lower torso is placed so that the middle of the hips is where it is in the file. Bones that
+    were written of this body (`workbench.files.motions.bvh.own_poses`) are read as written.
 
     Parameters
     ----------
@@ -82,6 +84,14 @@ def retarget(
     InputError
         If bones are missing, or the body has other joints.
     """
+    as_written = metres is None or abs(metres - 0.01) < 1e-9
+    if as_written and up in (None, "y") and all(k == v for k, v in (names or {}).items()):
+        own = own_poses(body, bones)
+        if own is not None:
+            said = (
+                f"its bones are those of {body.name} as they are written here: y is up, and one unit is 10 mm",
+            )
+            return own, bones.notes if metres else bones.notes + said
     _require_joints(body)
     skeleton = find_skeleton(body, bones, names=names, up=up)
     notes = [*bones.notes, *skeleton.notes]

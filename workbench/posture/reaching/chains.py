@@ -15,6 +15,7 @@ from workbench.model.posing import compose
 from workbench.posture.kernels.descent import REACHED
 from workbench.posture.kernels.inverse import (
     DESCENT_STEPS,
+    LEGAL,
     Search,
     Seeds,
     Solutions,
@@ -44,6 +45,7 @@ __all__ = [
     "goals_of",
     "legal",
     "limb_task",
+    "nearest",
     "on_grid",
     "posed",
     "reaches",
@@ -55,6 +57,10 @@ __all__ = [
 
 AGAIN = 12
 """Seeds that a search begins again from, where a target is missed."""
+ELSEWHERE = 16
+"""Other angles of a joint that a posture which misses its target is tried with."""
+ROUNDS = 3
+"""How often each joint is tried elsewhere at most."""
 TURN_LEVER = 0.2
 """Distance [m] that a radian between wanted and actual direction counts as."""
 SLACK = 0.03
@@ -287,6 +293,49 @@ def solved(
 
     in_pieces(work, count, PIECE, threads=threads)
     return Found(*out, np.zeros(count), np.full(count, -1))
+
+
+def nearest(task: Task, found: Found, *, threads: int | None = None) -> Found:
+    """Find postures nearer to targets that are missed, without obstacles.
+
+    Out of reach the distance has several local minima: other corners of the stops of shoulder, shoulder
+    girdle and wrist. From the best posture one joint at a time, then all, are put as in each of
+    `ELSEWHERE` seeds, and the tip is brought as near as can be from there; what is nearer is taken.
+    Where that helped, it is done again. Measured about shoulders in all directions, by 128 seeds for
+    each and this: 9 % of 3,201 misses were over 1 mm too large before, 0.4 % of 1,671 are after.
+
+    Parameters
+    ----------
+    found
+        What P reaches have come to (`solved`).
+    threads
+        As of `solved`.
+    """
+    found = found.rows(np.arange(len(task)))
+    free = task.link.free_of >= 0
+    turned = [
+        free & (np.arange(len(free)) == joint)[:, None] for joint in np.flatnonzero(free.any(1))
+    ]
+    seeds = task.seeds.angles[:ELSEWHERE]
+    rows = np.flatnonzero(found.numbers[:, 0] > REACHED)
+    for _ in range(ROUNDS):
+        before = found.numbers[rows, 0]
+        for these in (*turned, free):
+            each = np.repeat(rows, len(seeds))
+            tried = found.rows(each)
+            start = np.where(these, np.tile(seeds, (len(rows), 1, 1)), tried.angles)
+            tried.numbers[:] = (np.inf, *np.zeros(7))  # as after a miss: straight to the nearest
+            tried.held[:] = 0.0
+            tried = solved(
+                rows_of(task, each), start, 0, near=replace(tried, angles=start), threads=threads
+            )
+            miss = np.where(tried.numbers[:, 1] < LEGAL, tried.numbers[:, 0], np.inf)
+            best = miss.reshape(-1, len(seeds)).argmin(axis=1) + len(seeds) * np.arange(len(rows))
+            less = miss[best] < found.numbers[rows, 0]
+            found.put(rows[less], tried.rows(best[less]))
+        now = found.numbers[rows, 0]
+        rows = rows[(now < before - REACHED) & (now > REACHED)]
+    return found
 
 
 def legal(task: Task, angles: Floats) -> Bools:

@@ -19,7 +19,7 @@ from workbench.posture.kernels.clear_reach import BRIEF, FEW_STARTS, KEPT, SKIPP
 from workbench.posture.reaching.chains import Found, Task, goals_of, limb_task, posed, rows_of
 from workbench.posture.reaching.limbs import Limb, arm_alone, shoulder_held, with_fingers
 from workbench.posture.reaching.obstacles import Room, cleared
-from workbench.posture.reaching.oneself import own_body
+from workbench.posture.reaching.oneself import ARM, own_body
 
 __all__ = [
     "as_posed",
@@ -30,10 +30,6 @@ __all__ = [
     "in_own_body",
     "swung_clear",
 ]
-
-ARMS = ("UA", "LA", "HN")
-"""The segments of an arm, without their side: where legs are brought clear they are still to go
-elsewhere."""
 
 
 def as_posed(body: Body, poses: Poses, limb: Limb) -> tuple[Task, Floats]:
@@ -74,13 +70,14 @@ def _known(task: Task, angles: Floats) -> Found:
 
 def in_oneself(task: Task, angles: Floats) -> Floats:
     """How much deeper (P,) [m] legs at angles (P, K, 3) are in other segments of the own body than it
-    allows, below 0 where they are not. The arms do not count."""
+    allows, below 0 where they are not. The arms do not count: they are still to go elsewhere, or asked
+    apart as `own_arms`."""
     body = task.body
     poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
     found = self_contacts(place(body, poses))
     one, other = found.segment, found.other_segment
     moving = np.isin(one, task.limb.moving) | np.isin(other, task.limb.moving)
-    arms = np.array([name[1:] in ARMS for name in body.segments])
+    arms = np.array([name[1:] in ARM for name in body.segments])
     moving &= ~(arms[one] | arms[other])
     deepest: Floats = np.full(len(task), -np.inf)
     np.maximum.at(deepest, found.pose[moving], found.excess[moving])
@@ -92,6 +89,8 @@ def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = Fal
     not: in that of the room if there is one, else as it has come to lie, the own shoulder included.
     other_arm: as of `own_body`.
     """
+    if not len(task):
+        return np.zeros(0)
     room = replace(room, people=(), bodies_only=True)
     if room.own is None:
         body = task.body
@@ -125,7 +124,9 @@ def clear_fingers(
     """Bring the fingers of hands that have reached a control clear of obstacles and of the own body.
 
     A reach does not count fingers, which bend out of the way: where the body's straight ones are in
-    something, and another posture of the hand keeps them out, that one is taken.
+    something, and another posture of the hand keeps them out, that one is taken. Nor does it count
+    by how much the true surfaces may be inside the spheres: a posture in which the spheres too are no
+    deeper in the own body than flesh gives, elbow out or up, goes before one in which they are.
 
     Parameters
     ----------
@@ -139,13 +140,22 @@ def clear_fingers(
         As of `own_body`.
     """
     arm = arm_alone(body, hand)
-    room = replace(room, own=own_body(body, poses, arm, other_arm=other_arm))
     task, angles = as_posed(body, poses, with_fingers(body, arm))
     task = replace(task, goal=goals_of(at))
-    deep = np.flatnonzero(deep_in(task, angles, room).overlap > 0.0)
-    some = rows_of(task, deep)
-    found, doubt = cleared(some, _known(some, angles[deep]), room, effort=FEW_STARTS)
-    clear = doubt < KEPT
     rotations = np.array(poses.rotations)
-    rotations[deep[clear]] = posed(some, found.angles)[clear]
+    left = np.arange(len(task))
+    for flesh_alone in (True, False):
+        own = own_body(body, poses, arm, other_arm=other_arm, flesh_alone=flesh_alone)
+        around = replace(room, own=own)
+        deep = deep_in(rows_of(task, left), angles[left], around).overlap > 0.0
+        left = left[deep]
+        some = rows_of(task, left)
+        found, doubt = cleared(some, _known(some, angles[left]), around, effort=FEW_STARTS)
+        clear = doubt < KEPT
+        if flesh_alone and len(left):  # for no place deeper in what the hand holds
+            parts = replace(room, held=())
+            was, now = (deep_in(some, at, parts).overlap for at in (angles[left], found.angles))
+            clear &= now <= np.maximum(was, 0.0)
+        rotations[left[clear]] = posed(some, found.angles)[clear]
+        left = left[~clear]
     return replace(poses, rotations=rotations)

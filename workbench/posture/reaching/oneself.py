@@ -14,14 +14,16 @@ from workbench.body.forward import place
 from workbench.contact.collide import allowed_in_oneself
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.contacts import Clearance
 from workbench.model.kept import kept_by_row
 from workbench.model.poses import Placed, Poses
 from workbench.posture.reaching.limbs import Limb
 
-__all__ = ["OwnBody", "own_body", "own_names"]
+__all__ = ["ARM", "OwnBody", "in_own_legs", "own_arms", "own_body", "own_names"]
 
 ARM = ("UA", "LA", "HN")
-"""The segments of an arm, without their side."""
+LEG = ("UL", "LL", "F")
+"""The segments of an arm and of a leg, without their side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +48,9 @@ def own_names(body: Body) -> tuple[str, ...]:
     return tuple(f"own {body.segment_names[n]}" for n in np.flatnonzero(np.diff(body.start)))
 
 
-def own_body(body: Body, poses: Poses, arm: Limb, *, other_arm: bool) -> OwnBody:
+def own_body(
+    body: Body, poses: Poses, arm: Limb, *, other_arm: bool, flesh_alone: bool = False
+) -> OwnBody:
     """The own body of people who reach with an arm that moves nothing of the trunk.
 
     Parameters
@@ -55,10 +59,31 @@ def own_body(body: Body, poses: Poses, arm: Limb, *, other_arm: bool) -> OwnBody
         (Q,) from which they reach.
     other_arm
         Whether the other arm stays where it is.
+    flesh_alone
+        Whether no more is allowed than soft flesh gives, wherever the true surfaces are.
     """
     placed = place(body, poses)
-    allowed = _allowed(body, arm.name[0].upper(), arm.moving, other_arm)
+    allowed = _allowed(body, arm.name[0].upper(), arm.moving, other_arm, flesh_alone)
     return OwnBody(placed, allowed[placed.person])
+
+
+def own_arms(body: Body, poses: Poses) -> OwnBody:
+    """The arms of people in Q poses, which stand still while a leg gives way to them; no more is
+    allowed than soft flesh gives."""
+    allowed = allowed_in_oneself(body, flesh_alone=True)
+    allowed[:, :, [name[1:] not in ARM for name in body.segments]] = np.inf
+    placed = place(body, poses)
+    some = np.diff(body.start) > 0
+    return OwnBody(placed, np.ascontiguousarray(allowed[placed.person][:, :, some]))
+
+
+def in_own_legs(body: Body, own: Clearance) -> Floats:
+    """How much deeper (B,) [m] arms are in legs of the same body than flesh gives, below 0 where they
+    are not. own: as of `self_clearance`, of B poses of B rows."""
+    arm, leg = (np.isin([name[1:] for name in body.segments], limb) for limb in (ARM, LEG))
+    pairs = np.outer(arm, leg) | np.outer(leg, arm)
+    deep: Floats = np.where(pairs, -own.distance - body.allowance, -np.inf).max(axis=(1, 2))
+    return deep
 
 
 def _some(allowed: Floats, rows: Ints) -> Floats:
@@ -66,11 +91,13 @@ def _some(allowed: Floats, rows: Ints) -> Floats:
 
 
 @kept_by_row(_some)
-def _allowed(body: Body, side: str, moving: tuple[int, ...], other_arm: bool) -> Floats:
+def _allowed(
+    body: Body, side: str, moving: tuple[int, ...], other_arm: bool, flesh_alone: bool
+) -> Floats:
     """(B, N, G) of the arm of a side, as of `OwnBody`."""
     mine = [side + name for name in ARM]
     other = [("L" if side == "R" else "R") + name for name in ARM]
-    allowed = allowed_in_oneself(body)
+    allowed = allowed_in_oneself(body, flesh_alone=flesh_alone)
     allowed[:, ~np.isin(body.segments, mine)] = np.inf
     allowed[:, :, list(moving)] = np.inf
     gone = np.isin(body.segments, other[-1:] if other_arm else other)

@@ -31,6 +31,7 @@ from workbench.posture.reaching.chains import (
     discomfort_of,
     goals_of,
     limb_task,
+    nearest,
     posed,
     reaches,
     root_joint,
@@ -164,8 +165,8 @@ def reach(
         What is known of the same people and targets from elsewhere; it is made to hold what becomes
         of them here.
     thorough
-        Whether what is missed by obstacles is asked again, from many starts and at targets near
-        by, so that no miss exceeds that of a target near by by more than their distance. A caller
+        Whether what is missed is asked again from many starts, and by obstacles at targets near by
+        too, so that no miss exceeds that of a target near by by more than their distance. A caller
         who only compares many places spares the time.
     other_arm
         Whether the other arm is an obstacle too, where the poses have it; else it gives way.
@@ -340,11 +341,12 @@ class _Solved:
 
 def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
     """The reaches of a crowd, obstacles and extension included."""
-    return _answer(crowd, ask, _solved_crowd(crowd, ask))
+    return _answer(crowd, ask, _solved_crowd(crowd, ask, outermost=True))
 
 
-def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
-    """What the reaches of a crowd come to, in tighter zones where the limb misses in its own."""
+def _solved_crowd(crowd: _Crowd, ask: _Ask, *, outermost: bool = False) -> _Solved:
+    """What the reaches of a crowd come to, in tighter zones where the limb misses in its own;
+    outermost: in the zone that was asked for, in which what is missed is missed by least."""
     task = _task(crowd, ask)
     start = _start(task, crowd, ask)
     guided = _guided(task, crowd, ask)
@@ -352,6 +354,8 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     found = solved(
         task, start, AGAIN if ask.restarts is None else ask.restarts, near=near, threads=ask.threads
     )
+    if ask.thorough and outermost:
+        found = nearest(task, found, threads=ask.threads)
     doubt = np.zeros(len(task), np.int64)
     if ask.environment is not None:
         found, doubt = _among_obstacles(task, found, start, crowd, ask)
@@ -390,18 +394,19 @@ def _among_obstacles(
     room = _room(crowd, ask)
     effort = BRIEF if ask.brief else WHOLE
     found, doubt = cleared(task, free, room, effort=effort, recall=ask.recall)
-    if moves_arm_alone(task.limb):
+    rows = np.flatnonzero(reaches(found))
+    again = ask.thorough or ask.initial is not None
+    if moves_arm_alone(task.limb) and (len(rows) or again):
         own = own_body(task.body, crowd.held, task.limb, other_arm=ask.other_arm)
         room = replace(room, own=own)
-        rows = np.flatnonzero(reaches(found))
         rows = rows[in_own_body(rows_of(task, rows), found.angles[rows], room) > 0]
         if len(rows):
             recall = ask.recall.each().rows(rows) if ask.recall is not None else None
-            again = cleared(
+            clear = cleared(
                 rows_of(task, rows), found.rows(rows), room, effort=effort, recall=recall
             )
-            found.put(rows, again[0])
-            doubt[rows] = again[1]
+            found.put(rows, clear[0])
+            doubt[rows] = clear[1]
         if ask.thorough:  # of what is missed, too, no posture is told that enters the own body
             rows = missed_by_obstacles(found, doubt)
             deep = in_own_body(rows_of(task, rows), found.angles[rows], room)

@@ -34,6 +34,7 @@ from workbench.posture.reaching.chains import (
 from workbench.posture.reaching.heeding import as_posed, deep_in, heeding, in_oneself, swung_clear
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.obstacles import Room, cleared
+from workbench.posture.reaching.oneself import own_arms
 from workbench.posture.seating.driving_legs import HEEL_LIFT
 from workbench.posture.seating.posture import pointed_foot
 
@@ -80,12 +81,14 @@ def clear_legs(
     pitches: Mapping[str, Floats | None],
     *,
     sat_on: Sequence[str] = (),
+    arms: bool = False,
 ) -> ClearLegs:
     """Keep the legs of people with their feet on pedals clear of an environment.
 
     A leg that overlaps nothing by more than is allowed stays as it is, bit for bit. So does one of
     which no clear posture is found. Nor is a posture clear that enters the other leg, or another
-    segment of the own body but the arms, deeper than the one before and than the body allows.
+    segment of the own body but the arms, deeper than the one before and than the body allows. Where
+    the arms count, legs give way to them as they do to parts: the knees part.
 
     Parameters
     ----------
@@ -98,9 +101,13 @@ def clear_legs(
         where the heel may be lifted by `HEEL_LIFT`.
     sat_on
         Parts that are not looked at: a thigh presses a cushion down, it does not stop there.
+    arms
+        Whether the own arms are obstacles too, where the poses have them; `part` counts them beyond
+        the parts.
     """
     seat = np.isin(environment.parts, list(sat_on)).astype(np.int64)
-    room = Room(environment, seat, np.full((len(body), 3), OUT_OF_THE_WAY))
+    own = own_arms(body, poses) if arms else None
+    room = Room(environment, seat, np.full((len(body), 3), OUT_OF_THE_WAY), own=own)
     rotations = np.array(poses.rotations)
     overlap: dict[str, Floats] = {}
     part: dict[str, Ints] = {}
@@ -115,8 +122,8 @@ def clear_legs(
         deep = np.flatnonzero(overlap[foot] > 0.0)
         if len(deep):
             rows, best = _clear(task, angles, deep, other, room)
-            own = replace(rows_of(task, rows), held=rotations[rows])
-            rotations[rows] = posed(own, best)
+            mine = replace(rows_of(task, rows), held=rotations[rows])
+            rotations[rows] = posed(mine, best)
             moved[k, rows] = True
     cleared_poses = replace(poses, rotations=rotations)
     both = np.flatnonzero(moved.all(axis=0) & (len(moved) > 1))

@@ -218,12 +218,12 @@ def _limb_sentence(body: Body, motion: Poses, reach: str, group: list[_Turn]) ->
     side = limb.split()[0] + " "
     parts = [
         f"the {body.joint_names[t.joint].removeprefix(side)} {_turned(t)} in "
-        f"{time[t.last] - time[t.first]:.3g} s{_flung(t, time)}"
+        f"{1000 * (time[t.last] - time[t.first]):.0f} ms{_flung(t, time)}"
         for t in group
     ]
     first = min(t.first for t in group)
-    when = f" (from {1000 * time[first]:.0f} ms)" if first else ""
-    return f"The {limb} {reach}; {', '.join(parts)}{when}."
+    when = f"From {1000 * time[first]:.0f} ms on the" if first else "The"
+    return f"{when} {limb} {reach}; {', '.join(parts)}."
 
 
 def _turn_sentence(body: Body, motion: Poses, turn: _Turn) -> str:
@@ -274,7 +274,7 @@ def _ways(body: Body, motion: Poses) -> list[str]:
         ]
         if parts:
             sentences.append(
-                f"The {body.segment_names[n]} ends up {', '.join(parts)} of where it was "
-                f"{span:.0f} ms before."
+                f"After {span:.0f} ms the {body.segment_names[n]} is away from where it was: "
+                f"{', '.join(parts)}."
             )
     return sentences

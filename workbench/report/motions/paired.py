@@ -71,7 +71,7 @@ def paired_motions(
 
 def _caption(motions: Sequence[MotionFound], time: float) -> str:
     """What the pictures show when they are opened, and on paper."""
-    when = f"It begins at {milliseconds(time)}"
+    when = f"The picture begins at {milliseconds(time)}"
     failing = any(not verdict.passed for motion in motions for verdict in motion.verdicts)
     return f"{when}, when the first criterion that fails is at its worst" if failing else when
 

@@ -53,7 +53,7 @@ def whisker(low: float, share: float, high: float, *, least: float, said: str) -
 
 def share_axis(least: float) -> str:
     """The axis of whiskers, in per cent."""
-    step = next(step for step in (0.02, 0.05, 0.1, 0.25) if (1 - least) / step < 4.01)
+    step = next(step for step in (0.02, 0.05, 0.1, 0.25, 0.5) if (1 - least) / step < 2.51)
     ticks = np.arange(math.ceil(least / step - 1e-9) * step, 1 + step / 2, step)
     marks = [(4 + 92 * (t - least) / max(1 - least, 1e-9), f"{100 * t:.0f}") for t in ticks]
     return _picture(_ticks(marks, " %"), "share that fits, in per cent")

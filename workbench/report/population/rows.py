@@ -54,12 +54,15 @@ def population_lines(result: PopulationFound) -> list[str]:
     best_first = sorted(result.gains, key=lambda one: one.joint_before - one.joint_after)
     lines += [gain_sentence(gain, count) for gain in best_first] + no_gain_words(result)
     nobody = not result.served.any()
+    interval = f"{100 * result.study.shares.confidence:g} % interval"
     for row in result.shares[:1] if nobody else result.shares:  # of nobody in any group
         low, high = (percent_number(value, row.count) for value in (row.low, row.high))
-        lines.append(f"{percent(row.share, row.count):>7}  {row.group} ({low} to {high} %)")
+        lines.append(
+            f"{percent(row.share, row.count):>7}  fit: {row.group} ({interval} {low} to {high} %)"
+        )
     clear = percent(result.shares[0].clear, count)
     if not nobody:
-        lines.append(f"{clear:>7}  everybody, with no overlap beyond what is allowed")
+        lines.append(f"{clear:>7}  fit and overlap nothing by more than is allowed: everybody")
     return lines
 
 

@@ -248,6 +248,7 @@ def _method(result: PopulationFound) -> dict[str, Any]:
         "steps": result.place.stand is not None and result.place.stand.steps,
         "bootstrap": result.study.shares.interval.method == "bootstrap",
         "sight": any(one.of_sight for one in result.requirements),
+        "strength": any(one.check == "force" for one in result.requirements),
     }
 
 
@@ -495,7 +496,7 @@ def _gain(gain: Gain, result: PopulationFound) -> dict[str, Any]:
     helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
     rates = []
     if helps and amount >= 0.005:
-        rates.append(f"gives those who lack it {amount:.2f}{unit.words} of margin on average")
+        rates.append(f"gives those who miss it {amount:.2f}{unit.words} more margin on average")
     if helps and np.isfinite(gain.rate) and gain.rate >= 0.05 and count >= TENTHS_FROM:
         rates.append(f"lets {0.1 * gain.rate:.2f} % more of the people meet it")
     return {"sentence": gain_sentence(gain, count), "rate": " and ".join(rates), "helps": helps}
@@ -614,7 +615,7 @@ def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None
         limb = result.reasons[code].at
         return WebMark(found.target, f"the {limb} is {lack} too deep", failing=True)
     if check in ("clearance", "contact") and apart > 0.0:
-        why = f"{lack} too deep" if check == "contact" else f"{lack} too near"
+        why = f"{lack} too deep" if check == "contact" else f"{lack} too close"
         return _gap_mark(result, found, why, failing=True)
     if apart > 0.0 and check in _LOOKED_AT:
         end = xyz(tip - way * min(1.0, _LINE / apart))
@@ -669,8 +670,8 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     environment = result.place.environment
     hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
     points = len(found.points)
-    how = f"reach each point with {hand}, {task.grip}, zone {task.zone}, {points:,} points"
-    counts = "Joints and lengths count, obstacles do not."
+    how = f"reach each of {points:,} points with {hand}, grip {task.grip}, harness zone {task.zone}"
+    counts = "Lengths of limbs and joint stops are heeded, obstacles are not."
     if task.sees:
         how = f"see each of {points:,} points with either eye"
         counts = (
@@ -683,6 +684,7 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
         f"{percent(share, points)} by at least {100 * level:.0f} %"
         for share, level in zip(reached, LEVELS, strict=True)
     ]
+    areas[0] += " of the people"
     sitter = tuple(middle(result.place).tolist())
     return {
         "part": plain(task.part),
@@ -691,7 +693,7 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
         "verb": "see" if task.sees else "reach",
         "svg": Markup(reach_map_svg(found, environment, sitter=sitter)),
         "controls": _controls(result, found),
-        "areas": f"Of its points are {'seen' if task.sees else 'reached'}: {', '.join(areas)} of the people.",
+        "areas": f"Share of its points that are {'seen' if task.sees else 'reached'}: {', '.join(areas)}.",
     }
 
 

@@ -27,6 +27,7 @@ from workbench.model.population import MASS, SEXES
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import PopulationFound
 from workbench.model.units import UNITS, Unit, plain
+from workbench.report.control_region import ONE_PLACE
 from workbench.study.accommodation.grips import grip_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.view import TOO_HIGH, TOO_LOW
@@ -65,6 +66,8 @@ _MOST_KEPT = 3
 _ALMOST_NOBODY = 0.05
 """Where no more than this share fits, the headline says what keeps people out and what mends it."""
 _FEW = 20  # people of one sex: below, shares among them say little
+_UNUSUAL = 0.75
+"""Share of people of one sex who must have more, or less, of a measure that is called unusual."""
 
 
 def interval_words(group: GroupShare, confidence: float) -> str:
@@ -118,7 +121,7 @@ def _share_sentence(result: PopulationFound) -> str:
         who = "Nobody fits"
     stand = result.place.stand
     steps = stand is not None and stand.steps and len(result.requirements) > 1
-    interval += f", {count:,} people" + (", each from one place to stand for everything" * steps)
+    interval += f", {count:,} people" + (f", each from {ONE_PLACE}" * steps)
     fits = f"{who} ({interval}){_worst(result)}."
     if everybody.share <= _ALMOST_NOBODY:
         keeps = [] if first_found(result) else [_keeps_words(result)]
@@ -141,23 +144,22 @@ def _keeps_words(result: PopulationFound) -> str:
     if not limited and reason:
         limited = f", limited most often by {reason}"
     others = [r for r in np.flatnonzero(~met.any(axis=0)).tolist() if r != chief]
-    nor = f" Nor does anybody meet {_listed(result, others)}." if others else ""
+    nor = f" Nor does anybody meet {_listed(result, others, shares=False)}." if others else ""
     return (
         f"{who} “{plain(result.requirements[chief].name)}”: it is missed by {size}{limited}.{nor}"
     )
 
 
 def ends_words(result: PopulationFound, rows: Ints) -> str:
-    """ "; all 80 of them stand at the front end of the area in which they may step" of some people, "" where
-    less than half stand at an end beyond which they would miss less."""
+    """ "; all of them stand at the front end of the area in which they may step, ..." of some people, ""
+    where less than half stand at an end beyond which they would miss less."""
     count = {end: int(who[rows].sum()) for end, who in result.ends.items()}
     end = max(count, key=lambda name: count[name], default="")
     if not end or 2 * count[end] < len(rows):
         return ""
-    who = f"{count[end]} of these {len(rows)} people stand"
-    if count[end] == len(rows):
-        who = f"all {count[end]} of them stand" if count[end] > 1 else "who misses it stands"
-    return f"; {who} at the {end} end of the area in which they may step, and would miss less beyond it"
+    who = "all" if count[end] == len(rows) else f"{count[end]}"
+    area = "of the area in which they may step"
+    return f"; {who} of them stand at the {end} end {area}, and would miss less beyond it"
 
 
 def _mends_words(result: PopulationFound) -> list[str]:
@@ -175,27 +177,28 @@ def _mends_words(result: PopulationFound) -> list[str]:
         share = percent(float(shares[best]), len(missed))
         said = f"Without “{plain(names[best])}” {share} would fit"
         if len(mine) > 1:
-            said += f": of its {len(mine)} requirements people miss {_listed(result, lacks)}"
+            said += f": of its {len(mine)} requirements those missed are {_listed(result, lacks)}"
     else:
         fewest = int(missed.sum(axis=1).min())
         found = Counter(
             tuple(np.flatnonzero(row).tolist()) for row in missed if row.sum() == fewest
         )
         ((few, _),) = found.most_common(1)
-        left = _listed(result, few)
-        said = f"To drop one criterion is not enough: whoever is nearest to fitting misses {left}"
+        left = _listed(result, few, shares=False)
+        said = f"Dropping one criterion is not enough: who comes nearest to fitting misses {left}"
     gains = sorted(result.gains, key=lambda one: (one.joint_after, one.after - one.before))
     helps = [one for one in gains if one.after > one.before]
     gain = [gain_sentence(one, len(missed)) for one in helps[-1:]]
     return gain if len(names) == 1 else [f"{said}.", *gain]
 
 
-def _listed(result: PopulationFound, rows: Sequence[int]) -> str:
-    """Requirements by their names, "“reach flaps” (94 %)", with the share that misses each; of many
-    the first few."""
+def _listed(result: PopulationFound, rows: Sequence[int], *, shares: bool = True) -> str:
+    """Requirements by their names, "“reach flaps” (94 % of the people)", with the share that misses each where that
+    is wanted; of many the first few."""
     count = len(result.served)
     names = [
-        f"“{plain(result.requirements[r].name)}” ({percent(float(1 - result.single[r]), count)})"
+        f"“{plain(result.requirements[r].name)}”"
+        + f" ({percent(float(1 - result.single[r]), count)} of the people)" * shares
         for r in rows[:_MOST_KEPT]
     ]
     more = len(rows) - len(names)
@@ -235,14 +238,14 @@ def _deepest(result: PopulationFound) -> str:
 
 
 def _undecided(group: GroupShare) -> str:
-    """ " Within the error of the body model's surface 86 % fit, 12 % do not and 2 % are undecided.",
+    """ " Allowing for the error of the body model's surface, 86 % fit, 12 % do not and 2 % are undecided.",
     "" where nobody is undecided or it is not known."""
     if not group.undecided > 0:
         return ""
     sure, undecided, out = certainty_percents(group)
     misses = f", {out} do not" if group.possible < 1 else ""
     return (
-        f" Within the error of the body model's surface {sure} fit{misses} and {undecided} are "
+        f" Allowing for the error of the body model's surface, {sure} fit{misses} and {undecided} are "
         f"undecided."
     )
 
@@ -293,12 +296,12 @@ def _decided(result: PopulationFound) -> str:
     undecided = result.undecided
     count = int(undecided.sum())
     if not count:
-        return "Within that error the same people fit."
+        return "Wherever it lies within that error, the same people fit."
     sure, share, out = certainty_percents(everybody)
     who = f"{count:,} people ({share}) are" if count > 1 else f"one person ({share}) is"
     return (
-        f"Within that error {sure} of the people fit and {out} do not, in the position that was "
-        f"found for them; {who} undecided. {_counted(result)} {_undecided_most(result)}"
+        f"Wherever it lies within that error, {sure} of the people fit and {out} do not, in the "
+        f"position that was found for them; {who} undecided. {_counted(result)} {_undecided_most(result)}"
     )
 
 
@@ -308,7 +311,9 @@ def _counted(result: PopulationFound) -> str:
     fit = int((result.undecided & result.served).sum())
     moves = result.place.travel != ((0.0, 0.0), (0.0, 0.0))
     other = (
-        f"; no other {_position_words(result)} that was tried is certain" if fit and moves else ""
+        f"; no other {_position_words(result)} was found in which they fit for certain"
+        if fit and moves
+        else ""
     )
     if count == 1:
         return f"This person counts as {'fitting' if fit else 'not fitting'} here{other}."
@@ -338,6 +343,9 @@ def _worst(result: PopulationFound) -> str:
     count = len(result.served)
     alone = float(result.only[worst])
     only = f"{percent(alone, count)} miss only this" if alone > 0 else "nobody misses only this"
+    if not alone > 0 and result.without[worst] > result.shares[0].share + 1e-12:
+        would = percent(float(result.without[worst]), count)
+        only = f"{only}, but without it {would} would fit in some other {_position_words(result)}"
     share = percent(float(out[worst]), count)
     ends = ends_words(result, np.flatnonzero(~met_of(result.margin[:, worst])))
     return f"; missed most often is {name}, by {share} of the people ({only}){ends}"
@@ -428,8 +436,8 @@ def dropping_words(result: PopulationFound) -> str:
     gain = int(np.argmax(result.without))
     if result.without[gain] <= result.shares[0].share + 1e-12:
         return (
-            "Everybody who is left out misses two requirements or more: dropping a single one "
-            "would gain nothing."
+            "Everybody who is left out misses two requirements or more: dropping a single "
+            "requirement would gain nothing."
         )
     count = len(result.served)
     name = "it" if gain == most else f"“{plain(result.requirements[gain].name)}”"
@@ -462,8 +470,7 @@ def gain_sentence(gain: Gain, count: int) -> str:
 
 def no_gain_words(result: PopulationFound) -> list[str]:
     """What would gain and is not proposed; that no proposal gains anything, where people are left out
-    and no changes were asked for; what was not looked at where a seat goes beyond its travel, or who
-    steps beyond the area."""
+    and no changes were asked for; what was not looked at where a seat goes beyond its travel."""
     words = [f"Not proposed: {one}." for one in result.refused]
     seat = result.place.own_seat
     if any("letting the seat go" in one.words for one in result.gains) and not (
@@ -472,12 +479,6 @@ def no_gain_words(result: PopulationFound) -> list[str]:
         words.append(
             "No part goes along with the seat (moves), so whether a seat beyond its travel meets the "
             "floor or other parts was not looked at."
-        )
-    touches = any(one.check == "contact" for one in result.requirements)
-    if any("letting people step" in one.words for one in result.gains) and not touches:
-        words.append(
-            "No criterion asks for contact, so whether somebody beyond the area touches anything was "
-            "not looked at."
         )
     if result.gains or result.served.all() or result.study.changes:
         return words
@@ -494,8 +495,9 @@ def no_gain_words(result: PopulationFound) -> list[str]:
 
 def person_sentence(result: PopulationFound, row: int) -> str:
     """Who it is and what is farthest from being met: "A woman of 1,512 mm (female 31): her right
-    hand stays 41 mm short of flaps in zone 2, limited by the length of the arm. Her popliteal
-    height is 352 mm; 97 % of the women here have more. 2 more requirements are not met."."""
+    hand stays 41 mm short of flaps in zone 2, limited by the length of the arm. Of her measures that
+    matter for this, the most unusual is thumb tip reach, 652 mm; 97 % of the women here have more. 2
+    more requirements are not met."."""
     whose = _NOUNS[SEXES[int(result.people.sex[row])]][1]
     text = f"{_capital(who_words(result, row))}: "
     short = np.flatnonzero(~result.met[row])
@@ -528,7 +530,8 @@ class _Lack:
     """What one requirement lacks of one person.
 
     whose: "her" or "his"; by: how much, with its unit; limb: the one that is shown, "" where none
-    is; reason: what limits.
+    is; reason: what limits; deep: how deep the body is in what it should be apart from, "" if it is
+    not.
     """
 
     requirement: Requirement
@@ -536,6 +539,7 @@ class _Lack:
     by: str
     limb: str
     reason: Reason
+    deep: str = ""
 
     @property
     def why(self) -> str:
@@ -554,6 +558,7 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         lack_words(result, row, index, asked=True),
         found.limb if found is not None else "",
         result.reasons[code] if code >= 0 else NO_REASON,
+        _deep(result, row, index),
     )
     name = f"“{plain(requirement.name)}”"
     if requirement.check == "reach":
@@ -585,6 +590,16 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         why = plain(limit.clause) if lack.reason.part else why
         return f"{whose} {foot} stays {lack.by} short of its pedal{why}"
     return f"{name} is missed by {lack.by}{lack.why}"
+
+
+def _deep(result: PopulationFound, row: int, index: int) -> str:
+    """ "14 mm" of a body that overlaps what a clearance asks it to be apart from: margin + asked < 0."""
+    requirement = result.requirements[index]
+    if requirement.check != "clearance":
+        return ""
+    asked = next(c.at_least for c in result.study.criteria if c.name == requirement.criterion)
+    apart = float(result.margin[row, index]) + asked
+    return requirement.unit.short(-apart) if apart < 0.0 else ""
 
 
 def lack_words(result: PopulationFound, row: int, index: int, *, asked: bool = False) -> str:
@@ -635,6 +650,9 @@ def _clearance_lacks(lack: _Lack) -> str:
         who = lack.limb or "body"
         part = lack.requirement.target
         why = lack.why
+    if lack.deep:
+        short = f", {lack.by} short of the clearance asked for" if lack.by != lack.deep else ""
+        return f"{lack.whose} {who} is {lack.deep} deep in {plain(part)}{short}{why}"
     way = "deep in" if lack.requirement.check == "contact" else "close to"
     return f"{lack.whose} {who} is {lack.by} too {way} {plain(part)}{why}"
 
@@ -673,8 +691,8 @@ def chief_reason(result: PopulationFound, index: int) -> str:
 
 
 def limiting_words(result: PopulationFound, row: int) -> str:
-    """ " Her popliteal height is 352 mm; 97 % of the women here have more.", "" where no measure is
-    named."""
+    """ " Of her measures that matter for this, the most unusual is popliteal height, 352 mm; 97 % of the
+    women here have more.", "" where no measure is named, or many people have one like it."""
     name = result.limiting[row]
     people = result.people
     if not name or name not in people.names:
@@ -682,12 +700,14 @@ def limiting_words(result: PopulationFound, row: int) -> str:
     value = float(people.column(name)[row])
     _, whose, plural = _NOUNS[SEXES[int(people.sex[row])]]
     unit = f"{value:.1f} kg" if name == MASS else f"{1000 * value:,.0f} mm"
-    text = f" {_capital(whose)} {plain(name)} is {unit}"
+    text = f" Of {whose} measures that matter for this, the most unusual is {plain(name)}, {unit}"
     alike: Bools = people.sex == people.sex[row]
     count = int(alike.sum())
     if count < _FEW:
         return text + "."
     share, way = _rank(people.column(name)[alike], people.weight[alike], value)
+    if share < _UNUSUAL:
+        return ""
     return f"{text}; {percent(share, min(count, TENTHS_FROM - 1))} of the {plural} here have {way}."
 
 
@@ -705,7 +725,9 @@ def spare_words(margin: float, unit: Unit, *, of: str = "") -> str:
     to spare" of what is just met. margin [m] as it counts beside lengths, unit: in which it is
     read; of: what shares are of, " of the limit"."""
     most = "at least " if unit is UNITS["m"] and abs(margin - MOST_SPARE) < MET else ""
-    amount = f"{unit.shown(max(margin, 0.0)):,.{unit.places}f}"
+    size = unit.shown(max(margin, 0.0))
+    places = unit.places + (margin > MET and size < 0.5 * 10.0**-unit.places)  # finer than nothing
+    amount = f"{size:,.{places}f}"
     if not float(amount.replace(",", "")):
         return "nothing to spare"
     return f"{most}{amount}{unit.words}{of} to spare"

@@ -167,9 +167,7 @@ def _contact_row(result: PosturesFound, contacts: Contacts, row: int, who: _Who)
     segment = contacts.segment[row]
     sphere = int(contacts.sphere[row])
     touched = _touched(contacts, row)
-    sentence = contact_sentence(contacts, row)
-    if touched.part is None:
-        sentence += f" of {who.other or 'the same body'}"
+    sentence = contact_sentence(contacts, row, whose=who.other)
     x, y, z = (micro(float(v)) for v in contacts.normal[row])
     return ContactRow(
         case=result.cases[contacts.pose[row]],

@@ -151,10 +151,7 @@ def overlap_lines(result: PosturesFound, views: PageViews) -> list[Markup]:
     for overlap in unasked_overlaps(
         result.study.criteria, result.cases, result.people, result.between
     ):
-        words = contact_sentence(overlap.contacts, overlap.row)
-        of = f" of {overlap.other}" if overlap.other else ""
-        if not overlap.contacts.part[overlap.row] >= 0:
-            words += of or " of the same body"
+        words = contact_sentence(overlap.contacts, overlap.row, whose=overlap.other)
         lead = f"{result.row}, " if result.row else ""
         text = without_polygons(f"{lead}{overlap.case}, {overlap.person}: {words}")
         point = [1000.0 * value for value in overlap.contacts.point[overlap.row].tolist()]

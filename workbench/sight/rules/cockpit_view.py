@@ -14,7 +14,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
@@ -267,6 +266,8 @@ def _hole(
     hidden = lattice.inside & np.all(items >= 0, axis=0)
     if not hidden.any():
         return None
+    from scipy.spatial import cKDTree
+
     # the nearest direction that is seen or outside is beside a hidden one
     beside = np.zeros_like(hidden)
     for axis in (0, 1):

@@ -23,7 +23,7 @@ from workbench.model.study import Role, Study
 from workbench.model.units import plain
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
-from workbench.study.accommodation.gains import MOST_TRIES, gains_of
+from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
 from workbench.study.accommodation.hardest import (
     Places,
@@ -52,7 +52,7 @@ from workbench.study.checks.score import assumed_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.sight_rules import source_of
 from workbench.study.kept_reaches import kept_by_parts, kept_words
-from workbench.study.passes import ASKING, BODIES, CHANGE, LAST, MAP, Passes
+from workbench.study.passes import ASKING, BODIES, CHANGE, LAST, MAP, USUAL_CHANGES, Passes
 from workbench.study.people import Present, person_found, present_people
 from workbench.study.positions import SAME_SETTING
 from workbench.study.requirements import asked_of, sets_of
@@ -115,7 +115,7 @@ def accommodation(
     role = _crowd(study)[1]
     body = morph_to(role.body, role.detail)
     sits = role.seat is not None
-    changes = [CHANGE] * (len(study.changes) or MOST_TRIES)
+    changes = [CHANGE] * (len(study.changes) or USUAL_CHANGES)
     passes = Passes(say, [BODIES, ASKING, *changes, *[MAP] * len(study.reach_maps), LAST])
     fitting = passes.begin(BODIES, "fitting bodies")
     bodies = fit_population(

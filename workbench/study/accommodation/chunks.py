@@ -22,13 +22,14 @@ from numpy.typing import NDArray
 from workbench.contact.index_cache import PARTIAL, read_arrays, write_arrays
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
 from workbench.model.content import content_key
 from workbench.model.criterion import NO_REASON, Reason
 from workbench.model.population import Population
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.seat import SeatMemory
 from workbench.study.accommodation.overlaps import Overlaps, join_overlaps, people_overlaps
-from workbench.study.accommodation.population_bodies import BareRows, Family, PopulationBodies
+from workbench.study.accommodation.population_bodies import MOST_KEPT, PopulationBodies
 from workbench.study.certainty import certain_elsewhere, true_bounds
 from workbench.study.checks.margins import Asked, Bounds, no_bounds
 from workbench.study.executors import Shared, completed, worked
@@ -133,14 +134,6 @@ class Question:
     bounded: bool = True
 
 
-@dataclass(frozen=True, eq=False)
-class _Task:
-    """A question with the family that the bodies of a chunk belong to."""
-
-    question: Question
-    family: Family
-
-
 def result_chunks(
     question: Question,
     bodies: PopulationBodies,
@@ -196,7 +189,7 @@ def result_chunks(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"stopped after {done} of {people} people: "
-            + ("nothing is kept" if keep is None else _KEPT)
+            + (_KEPT if keep is not None and done else "nothing is kept")
         ) from None
     return [found[number] for number in range(len(bodies.chunks))]
 
@@ -259,18 +252,21 @@ def _evaluated(
 ) -> Generator[tuple[int, Chunk]]:
     """Yield the chunks of these numbers as they are done, and note where their people sit."""
     places = _places(question.place, question.people, bodies)
-    shared = Shared(_Task(question, bodies.family))
+    shared = Shared(question)
 
     def arguments(number: int) -> tuple[object, ...]:
         rows = bodies.chunks[number]
         seats = bodies.held.get(number, SeatMemory())
-        return shared, _numbers(rows), bodies.rows(rows), bodies.seats.get(places[number]), seats
+        return shared, _numbers(rows), bodies.chunk(number), bodies.seats.get(places[number]), seats
 
     if executor is None and min(cores(), len(missing)) > 1:
         # one person here first: forks then have the compiled functions and the distance indexes;
         # from few starts, which is enough for that
+        for number in missing[:MOST_KEPT]:
+            bodies.chunk(number)
         row = bodies.chunks[missing[0]].start
-        who = Occupants(bodies[row], question.people, np.array([row]))
+        body = bodies.chunk(missing[0]).value[0]
+        who = Occupants(body, question.people, np.array([row]))
         known = Remembered(1, np.zeros(1, dtype=np.int64), {}, few_starts=True)
         there = comfortable_situations(question.place, who)
         tried([replace(one, remembered=known) for one in there], question.asked)
@@ -304,20 +300,20 @@ def _telling(place: Workplace) -> Callable[[], None]:
 
 
 def _evaluate_chunk(
-    task: Shared[_Task],
+    task: Shared[Question],
     numbers: Ints,
-    rows: BareRows,
+    body: Shared[Body],
     taken: tuple[Taken, ...] | None,
     seats: SeatMemory,
 ) -> tuple[Chunk, tuple[Taken, ...], SeatMemory]:
-    """Answer the question for some people.
+    """Answer a question for some people.
 
     Parameters
     ----------
     numbers
         (B,) numbers of the people in the population.
-    rows
-        Their bare bodies, as `PopulationBodies.rows` gives them.
+    body
+        Their dressed bodies, a row each.
     taken
         The places they have taken, case by case; None where these are not known yet.
     seats
@@ -328,9 +324,9 @@ def _evaluate_chunk(
     Chunk, tuple of Taken and SeatMemory
         What became of the people, their places, and all positions that they were seated in.
     """
-    question = task.value.question
+    question = task.value
     place = question.place
-    who = Occupants(task.value.family.body(rows), question.people, numbers, seats=seats)
+    who = Occupants(body.value, question.people, numbers, seats=seats)
     proceed = _telling(place)
     situations = comfortable_situations(place, who, taken or ())
     before = question.before.rows(numbers) if question.before is not None else None
@@ -364,12 +360,11 @@ def taken_places(
     """
     keys = _places(place, people, bodies)
     question = Question(place, (), np.zeros((0, 0), dtype=np.bool_), people)
-    task = Shared(_Task(question, bodies.family))
+    task = Shared(question)
     missing = [number for number, key in enumerate(keys) if key not in bodies.seats]
 
     def arguments(number: int) -> tuple[object, ...]:
-        rows = bodies.chunks[number]
-        return task, _numbers(rows), bodies.rows(rows)
+        return task, _numbers(bodies.chunks[number]), bodies.chunk(number)
 
     with closing(completed(_take_chunk, missing, arguments, executor=executor)) as ready:
         for number, taken in ready:
@@ -377,9 +372,9 @@ def taken_places(
     return [bodies.seats[key] for key in keys]
 
 
-def _take_chunk(task: Shared[_Task], numbers: Ints, rows: BareRows) -> tuple[Taken, ...]:
-    question = task.value.question
-    who = Occupants(task.value.family.body(rows), question.people, numbers)
+def _take_chunk(task: Shared[Question], numbers: Ints, body: Shared[Body]) -> tuple[Taken, ...]:
+    question = task.value
+    who = Occupants(body.value, question.people, numbers)
     situations = comfortable_situations(question.place, who)
     return tuple(situation.taken for situation in situations)
 

@@ -1,8 +1,8 @@
 """Find where a control may be so that a share of a population reaches it.
 
-Places are a lattice about the one that the control has. Everybody sits where it is most comfortable,
-as for reach maps. Who may step within an area asks for each place from a lattice of the area too, from
-wherever he is in no part with more than he is at the stated place.
+Places are a lattice about the one that the control has. Everybody is asked everything that the study
+asks, as by a run, and sits or stands where that finds him. Who may step within an area asks for each
+place from a lattice of the area too, from wherever he is in no part with more than he is there.
 
 1. Places inside solid parts are left out, but for the part that the control is on; who sits before
    a place with the backrest between, or has a leg or the trunk there, does not reach it.
@@ -30,7 +30,7 @@ from workbench.body.scaling.scale import morph_to
 from workbench.contact.collide import contacts
 from workbench.errors import InputError, UsageError, one_of
 from workbench.geometry.polygon import point_winding
-from workbench.model.accommodation import SHARE_TOLERANCE
+from workbench.model.accommodation import SHARE_TOLERANCE, met_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.control_region import ControlRegion
@@ -43,11 +43,13 @@ from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import FEET, HANDS, limbs_there
 from workbench.posture.seating.seating import leftward, seat_planes
 from workbench.study.accommodation.accommodation import population_question
-from workbench.study.accommodation.chunks import Question, taken_places
-from workbench.study.accommodation.population_bodies import fit_population
+from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
+from workbench.study.accommodation.hardest import found_situations
+from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
+from workbench.study.accommodation.shares import share_single
 from workbench.study.checks.reach import limbs_asked
 from workbench.study.executors import Shared, completed
-from workbench.study.passes import BODIES, Passes
+from workbench.study.passes import ASKING, BODIES, Passes
 from workbench.study.people import Present
 from workbench.study.reach_map import COARSE, ReachObstacles, from_coarse_to_fine, who_reaches
 from workbench.study.situation import without_parts
@@ -103,11 +105,13 @@ class _Asked:
 @dataclass(frozen=True, eq=False)
 class _Sitting:
     """B people where they sit, or stand in one place of their area: rows of a body and of poses, how
-    far (B, 3) [m] the seat of each is from where it is at rest, and (B,) who may be there."""
+    far (B, 3) [m] the seat of each is from where it is at rest, how far (B, 2) [m] each has stepped,
+    and (B,) who may be there."""
 
     body: Body
     poses: Poses
     shift: Floats
+    stepped: Floats
     there: Bools
 
     def __len__(self) -> int:
@@ -115,7 +119,13 @@ class _Sitting:
 
     def rows(self, some: Ints) -> _Sitting:
         """People at indices."""
-        return _Sitting(self.body[some], self.poses.rows(some), self.shift[some], self.there[some])
+        return _Sitting(
+            self.body[some],
+            self.poses.rows(some),
+            self.shift[some],
+            self.stepped[some],
+            self.there[some],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +221,21 @@ def control_region(
     check_region(study, control, share=share, within=within, spacing=spacing)
     question = population_question(study, beside)
     asked, case = _as_asked(question, control)
-    sitting = _sitting(study, question, case, say, executor)
+    role = study.crowd
+    assert role is not None
+    passes = Passes(say, [BODIES, ASKING])
+    bodies = fit_population(
+        morph_to(role.body, role.detail),
+        question.people,
+        role.clothes,
+        sits=role.seat is not None,
+        executor=executor,
+        progress=passes.begin(BODIES, "fitting bodies"),
+    )
+    asking = passes.begin(ASKING, "asking everybody")
+    chunks = result_chunks(question, bodies, keep=None, tell=asking, executor=executor)
+    answer = joined_chunks(chunks)
+    sitting = _sitting(question, bodies, answer, case)
     search = _Search(
         place=question.place,
         asked=asked,
@@ -231,6 +255,8 @@ def control_region(
     if not found.enough(share).any():
         found = _places(search, found.offset, whole=True)
     found = _refined(search, found, spacing)
+    mine = [r for r, one in enumerate(question.asked) if one.control == asked.control]
+    single = share_single(met_of(answer.margin), search.weight)
     one = search.sitting.rows(search.order[[len(search.order) // 2]])
     environment = question.place.environment
     return ControlRegion(
@@ -251,6 +277,8 @@ def control_region(
         placed=place_body(one.body, one.poses),
         environment=moved_along(environment, question.place.moving_parts, one.shift[0]),
         standing=question.place.stand is not None,
+        steps=bool(search.stepped),
+        together=float(single[mine[0]]) if mine else math.nan,
     )
 
 
@@ -308,46 +336,33 @@ def _as_asked(question: Question, name: str) -> tuple[_Asked, int]:
     return asked, case
 
 
-def _sitting(
-    study: Study, question: Question, case: int, say: Say, executor: Executor | None
-) -> _Sitting:
-    """Everybody where they sit most comfortably in a case."""
-    role = study.crowd
-    assert role is not None
-    bodies = fit_population(
-        morph_to(role.body, role.detail),
-        question.people,
-        role.clothes,
-        sits=role.seat is not None,
-        executor=executor,
-        progress=Passes(say, [BODIES]).begin(BODIES, "fitting bodies"),
-    )
-    say("seating everybody")
-    chunks = taken_places(question.place, question.people, bodies, executor=executor)
-    taken = [chunk[case] for chunk in chunks]
-    shift = [
-        np.zeros((len(one.poses), 3)) if one.seated is None else one.seated.shift for one in taken
-    ]
-    poses = join_poses([one.poses for one in taken])
-    there = np.ones(len(poses), dtype=np.bool_)
-    return _Sitting(bodies[: len(bodies)], poses, np.concatenate(shift), there)
+def _sitting(question: Question, bodies: PopulationBodies, found: Chunk, case: int) -> _Sitting:
+    """Everybody in a case where they do everything that is asked."""
+    everybody = np.arange(len(bodies))
+    groups = list(found_situations(question, bodies, everybody, found))
+    back = np.argsort(np.concatenate([rows for rows, _ in groups]))
+    there = [situations[case] for _, situations in groups]
+    poses = join_poses([one.taken.poses for one in there]).rows(back)
+    shift = np.concatenate([one.displacement for one in there])[back]
+    stepped = np.concatenate([one.taken.stepped for one in there])[back]
+    present = np.ones(len(bodies), dtype=np.bool_)
+    return _Sitting(bodies[everybody], poses, shift, stepped, present)
 
 
 def _stepped(place: Workplace, standing: _Sitting) -> Iterator[_Sitting]:
     """The same people at the other places of the area that they may step in."""
-    if place.stand is None:
+    if place.stand is None or not place.stand.steps:
         return
     before = _depths(standing, place.environment)
     ways = []
     for low, high in (place.stand.forward, place.stand.left):
         ways.append(np.linspace(low, high, 1 + math.ceil((high - low) / STEP - 1e-9)))
-    for forward, left in product(*ways):
-        if forward or left:
-            world = standing.poses.world_from_reference.copy()
-            world[:, :, 3] += np.array([forward, left, 0.0]) @ _axes(place)
-            there = replace(standing, poses=replace(standing.poses, world_from_reference=world))
-            deeper = _depths(there, place.environment) > np.maximum(before, 0.0)
-            yield replace(there, there=np.logical_not(deeper.any(axis=1)))
+    for at in product(*ways):
+        world = standing.poses.world_from_reference.copy()
+        world[:, :, 3] += (np.array(at) - standing.stepped) @ _axes(place)[:2]
+        there = replace(standing, poses=replace(standing.poses, world_from_reference=world))
+        deeper = _depths(there, place.environment) > np.maximum(before, 0.0)
+        yield replace(there, there=np.logical_not(deeper.any(axis=1)))
 
 
 def _depths(people: _Sitting, environment: Environment) -> Floats:

@@ -33,7 +33,7 @@ from workbench.study.positions import WITHIN_NEIGHBOURS, Before
 from workbench.study.settings import nominal_setting, renewed
 from workbench.study.situation import with_clear_legs
 
-__all__ = ["MOST_GAINS", "MOST_TRIES", "Gains", "changed_question", "gains_of"]
+__all__ = ["MOST_GAINS", "Gains", "changed_question", "gains_of"]
 
 MOST_GAINS = 3
 MOST_TRIES = 5

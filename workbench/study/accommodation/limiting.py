@@ -21,11 +21,13 @@ from workbench.model.arrays import Ints
 from workbench.model.body import Body
 from workbench.model.criterion import Reason
 from workbench.model.population import COCKPIT, MASS, SEXES, Population
+from workbench.model.study import Study
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.seat_travel import SEAT_FORWARD
 from workbench.study.checks.view import TOO_HIGH
+from workbench.study.persons import role_body
 
-__all__ = ["BEARING", "bearing_on", "limiting_measures", "odd_people"]
+__all__ = ["BEARING", "bearing_on", "doubted_people", "limiting_measures", "odd_people"]
 
 ENOUGH = 100
 """People of a sex from which on their own spread is that of a population; fewer are compared with
@@ -155,6 +157,18 @@ def limiting_measures(
                 ):
                     found[k] = known[int(best)]
     return found
+
+
+def doubted_people(study: Study) -> list[str]:
+    """Say what a run of a study says of who its people are: of sizes that hardly anybody has, and of
+    rows of a population."""
+    sized = [role for _, one in study.by_size() for role in one.roles if role.size]
+    notes = dict.fromkeys(note for role in sized for note in role_body(role)[1])
+    crowd = study.crowd
+    rows = (
+        odd_people(crowd.population) if crowd and isinstance(crowd.population, Population) else []
+    )
+    return [*notes, *rows]
 
 
 def odd_people(people: Population) -> list[str]:

@@ -12,6 +12,7 @@ from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,6 +41,7 @@ from workbench.threads import cores
 __all__ = [
     "CHUNK_SIZE",
     "EXACT_MEASURES",
+    "MOST_KEPT",
     "BareRows",
     "Family",
     "FittedChunk",
@@ -53,6 +55,8 @@ CHUNK_SIZE = 64
 """People that are fitted together: neighbours of one chunk start each other's search."""
 MAX_CHUNKS_TOGETHER = 2
 """Fitted chunks that a study works on together at most."""
+MOST_KEPT = 4
+"""Chunks whose dressed bodies stay in memory."""
 LEAST_CHUNK = 16
 FEWEST_CHUNKS = 2
 """People that are worked on together at least, and the pieces of work that there are at least where
@@ -127,6 +131,11 @@ class Family:
     encumbrances: tuple[Encumbrance, ...] = ()
     sits: bool = False
 
+    @cached_property
+    def dressed(self) -> Body:
+        """The template, dressed. All bodies have its topology, and what is kept with that."""
+        return wear(self.template, self.encumbrances, like=self.template[0])
+
     def body(self, bare_rows: BareRows) -> Body:
         """Return dressed bodies, a row for each row of bare bodies."""
         fields = bare_rows.fields
@@ -137,7 +146,8 @@ class Family:
         bare = body_of_rows(self.template, rows)
         if self.sits:
             bare = seated(bare)
-        return wear(bare, self.encumbrances, like=self.template[0])
+        dressed = wear(bare, self.encumbrances, like=self.template[0])
+        return body_of_rows(self.dressed, {name: getattr(dressed, name) for name in ROW_FIELDS})
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +166,8 @@ class PopulationBodies:
     the chunk's first and last rows; filled as chunks are worked on."""
     held: dict[int, SeatMemory] = field(default_factory=dict)
     """Where the people of a chunk were seated in other positions, by its number; filled too."""
+    kept: dict[int, Shared[Body]] = field(default_factory=dict)
+    """The dressed bodies of a chunk by its number, filled where chunks are few."""
 
     def __len__(self) -> int:
         return len(self.sex)
@@ -164,6 +176,14 @@ class PopulationBodies:
         if isinstance(people, (int, np.integer)):
             people = np.array([people])
         return self.family.body(self.rows(people))
+
+    def chunk(self, number: int) -> Shared[Body]:
+        """Return the dressed bodies of a chunk. Those of few chunks are kept, and with them what is
+        made of them: a changed design asks the same people again."""
+        found = self.kept.get(number) or Shared(self[self.chunks[number]])
+        if number < MOST_KEPT:
+            self.kept[number] = found
+        return found
 
     def rows(self, people: slice | Ints) -> BareRows:
         """Return the bare bodies of some people."""

@@ -22,7 +22,7 @@ from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.stops import nearest_legal, stop_limits
 from workbench.study.bench.edits import FARTHEST, Edit, held_seat
-from workbench.study.bench.placing import Placement, placed_environment
+from workbench.study.bench.placing import Placement, controls_there, placed_environment
 from workbench.study.bench.state import (
     Arrangement,
     OpenStudy,
@@ -358,7 +358,8 @@ def _solved(opened: OpenStudy, placement: Placement, row: int, wanted: LimbTarge
     poses = placement.people[row].poses
     environment = placed_environment(opened, placement)
     others = [one.bystander for k, one in enumerate(placement.people) if k != row]
-    target, grip, zones = _aimed(environment.controls, wanted)
+    controls = controls_there(opened, environment, row, placement.people[row].shift)
+    target, grip, zones = _aimed(controls, wanted)
     for zone in zones:
         found = reach(
             body,

@@ -10,6 +10,7 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.study import Action, GivenPosture, PredictedPosture, Role
+from workbench.model.units import plain
 from workbench.model.workplace import Aims
 from workbench.posture.reaching.limbs import FEET, HANDS
 from workbench.study.bench.edits import Edit, held_seat
@@ -17,6 +18,7 @@ from workbench.study.bench.holding import HELD_WITHIN, limbs_off, nearest_contro
 from workbench.study.bench.placing import (
     PlacedPerson,
     Placement,
+    controls_there,
     placed_environment,
     placed_people,
 )
@@ -121,6 +123,10 @@ def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Pred
     words = [f"{person}: the posture is predicted"]
     if len(predictions) > 1:
         words = [f"{person}: the posture of {len(predictions)} cases is predicted"]
+    if idle := [limb for limb in HANDS if limb not in dict(wanted.controls)]:
+        words.append(
+            f"the {' and the '.join(idle)} hold no control and stay as in posture {plain(wanted.like)}"
+        )
     if turned := [case for case in predictions if _turned(state.actions[case], role)]:
         named = ", ".join(opened.cases[case] for case in turned)
         words.append(f"joints that were turned beside the posture's own are given up in {named}")
@@ -200,8 +206,9 @@ def _around(opened: OpenStudy, placement: Placement, row: int, limbs: Iterable[s
     left = {one.limb: one.control for one in limbs_off(opened, placement, row, limbs)}
     controls: dict[str, str] = {}
     there = placement.people[row]
+    around = controls_there(opened, environment, row, there.shift)
     for name in limbs:
-        control, distance = nearest_control(there, name, environment.controls)
+        control, distance = nearest_control(there, name, around)
         if name in left or distance <= (POINT_WITHIN if name in FEET else HELD_WITHIN):
             controls[name] = left.get(name, control)
     library = opened.study.roles[row].library

@@ -16,7 +16,13 @@ from workbench.model.units import plain
 from workbench.posture.reaching.limbs import FEET, limb
 from workbench.study.bench.answers import TOUCHES, Answer, PersonAnswer
 from workbench.study.bench.near import Someone, part_pairs
-from workbench.study.bench.placing import PlacedPerson, Placement, placed_environment, placed_person
+from workbench.study.bench.placing import (
+    PlacedPerson,
+    Placement,
+    controls_there,
+    placed_environment,
+    placed_person,
+)
 from workbench.study.bench.state import OpenStudy, PersonState
 
 __all__ = [
@@ -127,13 +133,14 @@ def limbs_off(
         return ()
     before = _with_this_posture(opened, row, action)
     there = placement.people[row]
-    environment = placed_environment(opened, placement)
+    was = controls_there(opened, opened.study.environment, row, before.shift)
+    are = controls_there(opened, placed_environment(opened, placement), row, there.shift)
     found = []
     for name in limbs:
-        control, held = nearest_control(before, name, opened.study.environment.controls)
+        control, held = nearest_control(before, name, was)
         if held > HELD_WITHIN or name in action.hands:
             continue
-        now = [one for one in environment.controls if one.name == control]
+        now = [one for one in are if one.name == control]
         distance = nearest_control(there, name, now)[1]
         if distance > held + OFF:
             found.append(LimbOff(name, control, distance, held))

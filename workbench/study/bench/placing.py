@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike
 from workbench.body.forward import place
 from workbench.errors import InputError
 from workbench.model.accommodation import OF_RULES, OF_SIGHT
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, xyz
 from workbench.model.body import Body
 from workbench.model.bystander import Bystander
-from workbench.model.environment import Environment, Seat
+from workbench.model.environment import Control, Environment, Seat
 from workbench.model.poses import Placed, Poses
 from workbench.model.quaternions import exponential, from_matrices, matrices
 from workbench.model.result import Shortfall, Verdict
@@ -57,6 +57,7 @@ __all__ = [
     "Field",
     "PlacedPerson",
     "Placement",
+    "controls_there",
     "field_of",
     "people_here",
     "placed_environment",
@@ -316,6 +317,17 @@ def _surroundings(
             parts = [environment.parts[k] for k in opened.movers[other]]
             environment = moved_along(environment, parts, shift)
     return environment
+
+
+def controls_there(
+    opened: OpenStudy, environment: Environment, row: int, shift: Floats
+) -> tuple[Control, ...]:
+    """The controls of an environment, those that go with the seat of a person displaced by (3,) [m]."""
+    along = {environment.parts[k] for k in opened.movers[row]}
+    return tuple(
+        replace(one, at=xyz(one.at + shift)) if one.part in along else one
+        for one in environment.controls
+    )
 
 
 def _of_situation(

@@ -60,7 +60,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         exerted = _exerted(situation, criterion, one.requirement.target)
         found.margin[:, r] = unit_of("force").counted(exerted.force - criterion.at_least)
         for b in np.flatnonzero(found.margin[:, r] < -MET).tolist():
-            found.words[b, r] = Reason("words", exerted.limits[b])
+            found.words[b, r] = Reason("words", f"the strength of the {exerted.limits[b]}")
     return found
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from workbench.contact.collide import allowed_depth
 from workbench.contact.kernels.search import Nearest
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, pieces
-from workbench.model.body import Body
+from workbench.model.body import Body, Topology
 from workbench.model.contacts import subpart_words
 from workbench.model.criterion import Criterion, Reason
 from workbench.model.environment import Environment
@@ -133,12 +134,31 @@ def nearest_pair(situation: Situation, criterion: Criterion) -> Nearest:
 def asked_pair(body: Body, environment: Environment, criterion: Criterion) -> ClearancePair:
     """The spheres and parts that a criterion is about; of a contact with the overlap that is
     allowed added back."""
-    if criterion.subparts:
-        spheres = np.isin(body.subparts, criterion.subparts)
+    return _pair(
+        body.topology,
+        environment.parts,
+        criterion.subparts,
+        criterion.segments,
+        criterion.parts,
+        criterion.check == "contact",
+    )
+
+
+@lru_cache(maxsize=128)
+def _pair(
+    topology: Topology,
+    parts: tuple[str, ...],
+    subparts: tuple[str, ...],
+    segments: tuple[str, ...],
+    against: tuple[str, ...],
+    allowing: bool,
+) -> ClearancePair:
+    """The same by names, made once."""
+    if subparts:
+        spheres = np.isin(topology.subparts, subparts)
     else:
-        spheres = np.isin(np.array(body.segments)[body.sphere_segment], criterion.segments)
-    parts = np.isin(environment.parts, criterion.parts)
-    return ClearancePair(spheres, parts, criterion.check == "contact")
+        spheres = np.isin(np.array(topology.segments)[topology.sphere_segment], segments)
+    return ClearancePair(spheres, np.isin(parts, against), allowing)
 
 
 def spheres_asked(situation: Situation, criterion: Criterion) -> Bools:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -591,6 +592,7 @@ class _Again:
         )
 
 
+@lru_cache(maxsize=16)
 def _root(body: Body, poses: Poses, limb: str) -> Floats:
     """(B, 3) [m] the shoulder or hip that a limb begins at, as people are."""
     joint = body.joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))

@@ -1,7 +1,7 @@
 """Overlap of a body with itself.
 
-The margin is the distance of two segments that do not share a joint, and the overlap that soft
-flesh is allowed.
+The margin is the distance of two segments that do not share a joint, the overlap that soft flesh is
+allowed, and as much more as the criterion allows.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     distance = situation.own.distance
     for r, one in enumerate(asked):
         pairs = _pairs(body, one.criterion) & np.isfinite(distance)
-        room = np.where(pairs, distance + body.allowance, np.inf)
+        room = np.where(pairs, distance + body.allowance + one.criterion.at_most, np.inf)
         for b in np.flatnonzero(pairs.any(axis=(1, 2))):
             row, other = np.unravel_index(int(np.argmin(room[b])), room[b].shape)
             found.margin[b, r] = room[b, row, other]
@@ -48,9 +48,10 @@ def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
     for r, one in enumerate(asked):
         pairs = _pairs(body, one.criterion) & np.isfinite(distance)
         some = pairs.any(axis=(1, 2))
+        allowed = body.allowance + one.criterion.at_most
         for margin, growth in ((found.low, outside), (found.high, -inside)):
             grown = growth[:, :, None] + growth[:, None, :]
-            room = np.where(pairs, distance + body.allowance - grown, np.inf)
+            room = np.where(pairs, distance + allowed - grown, np.inf)
             margin[some, r] = room[some].min(axis=(1, 2))
     return found
 
@@ -66,7 +67,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
     body = situation.body
     asked = NearPairs(
         near=situation.own,
-        limit=-body.allowance[0],
+        limit=-body.allowance[0] - criterion.at_most,
         keep=_pairs(body, criterion),
         person=situation.place.role,
     )
@@ -78,7 +79,7 @@ def moments(found: MotionFound, criterion: Criterion) -> Iterator[Finding]:
     wanted = criterion.segments
     for meeting in found.meetings:
         if meeting.own and (meeting.segment in wanted or meeting.other in wanted):
-            yield meeting_finding(found, meeting, 0.0)
+            yield meeting_finding(found, meeting, criterion.at_most)
 
 
 def no_overlap(criterion: Criterion) -> str:

@@ -384,12 +384,12 @@ def _counted(finding: Finding) -> float:
 
 
 def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding | None:
-    """What could turn a verdict: one finding that may be a breach, or all breaches together that
-    may be none."""
+    """What could turn a verdict: the finding nearest to its limit that may be a breach, or all
+    breaches together that may be none."""
     known = [f for f in breaches or findings if f.doubt > 0]
     if not known or len(known) < len(breaches):
         return None
-    return min(known, key=lambda f: f.doubt) if breaches else max(known, key=lambda f: f.doubt)
+    return min(known, key=lambda f: f.doubt) if breaches else known[0]
 
 
 def motion_verdict(criterion: Criterion, found: MotionFound) -> Verdict:

@@ -269,8 +269,8 @@ class _Steps:
         name = self.body.segment_names[int(self.body.sphere_segment[sphere])]
         return (
             f"the motion is coarse: in {self.many} of {self.frames} steps between frames some sphere moves by more "
-            f"than its own radius (the {name} by {size:.1f} radii at {1000 * clock[frame]:.1f} ms); contacts between "
-            "such frames assume the shortest way",
+            f"than its own radius (the {name} by {size:.1f} radii at {1000 * clock[frame]:.1f} ms); between two frames "
+            "each segment is taken to move the shortest way, so what it touches there is uncertain",
         )
 
 

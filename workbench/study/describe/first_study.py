@@ -276,18 +276,19 @@ def _asked(
 ) -> Iterator[_Row]:
     """What is asked of everybody, and of each by where he is."""
     contact = {"name": "nobody is in the structure", "check": "contact"}
-    if people:
-        note = "assumed: flesh, sleeves and soles give way by so much"
-        yield _Row({**contact, "at_most": GIVES}, note)
-    else:
-        yield _Row(contact)
+    gives = {"at_most": GIVES} if people else {}
+    yield _Row(
+        contact | gives, "assumed: flesh, sleeves and soles give way by so much" * bool(people)
+    )
     note = "forearms, hands, shanks and feet: folds of trunk, shoulders and hips are no fault"
     limbs = LIMBS
     if not sitters:  # arms hang as the posture has them, beside hips of any breadth
         note = "shanks and feet: arms that hang at rest give way, folds are no fault"
         limbs = SHANKS
+    if people:
+        note += "; assumed: where two limbs lie on one another, the flesh of both gives way"
     own = {"name": "no one overlaps himself", "check": "self_contact", "segments": limbs}
-    yield _Row(own, note)
+    yield _Row(own | {key: 2 * most for key, most in gives.items()}, note)
     several = len(sitters) + len(stands) > 1
     for role, sitter in sitters.items():
         for row in _asked_in_seat(sitter, around_each[role], people):
@@ -333,7 +334,9 @@ def _view(sitter: Sitter, about: Around) -> Iterator[_Row]:
         return
     heights = {"below": EYES_BELOW, "above": EYES_ABOVE}
     note = "assumed: the eyes come so near to the height of the design eye"
-    yield _Row({"name": "eyes at the design eye", "check": "eye_height", **heights}, note)
+    yield _Row(
+        {"name": "eyes at the height of the design eye", "check": "eye_height", **heights}, note
+    )
     if about.over:
         over = {"name": "view ahead", "check": "view_over", "parts": list(about.over)}
         note = f"assumed: {DOWN} degrees down over what lies before the eyes, parts by their names"

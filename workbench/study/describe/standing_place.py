@@ -201,9 +201,7 @@ def _steps_along(
     k = int(stays[0])
     best = int(np.argmax([one[k] for one in spare]))
     if not level[k] or not np.isfinite(spare[best][k]):
-        rise = 1e3 * (floors[k] - on[2])
-        way_words = f"is {abs(rise):.0f} mm {'lower' if rise < 0 else 'higher'} there"
-        return float(STRIDE * k), f"the floor {'has a ledge' if level[k] else way_words}"
+        return float(STRIDE * k), "the floor is not level"
     name, who = list(standing_people().items())[best]
     placed = _standing(places[k : k + 1] + np.array([0.0, 0.0, LIFTED]), yaws[:1], who)
     apart = clearance_by_part(placed, environment).distance[0]
