@@ -183,27 +183,37 @@ DESK = {
 }
 
 
-def test_somebody_stands_at_the_controls_on_the_floor_and_faces_them(tmp_path):
+def test_somebody_stands_at_the_controls_on_the_floor_and_faces_them(tmp_path, capsys):
     at = {"a": (0, 150, 900), "b": (0, -150, 900)}
     rows = ", ".join(f"{name}: {control(p, 'push', 1, 'desk')}" for name, p in at.items())
     study = first(write_cab(tmp_path, parts=DESK, seats=(), controls=f"{{{rows}}}"))
     stand = study["people"]["person"]["stand"]
     assert -600 <= stand["on"][0] <= -250 and abs(stand["on"][1]) < 200 and stand["on"][2] == 0
     assert abs(stand["yaw"]) <= 15 or abs(stand["yaw"] - 360) <= 15
-    assert stand["area"]["forward"][0] == -300 and stand["area"]["forward"][1] <= 200
+    low, high = stand["area"]["forward"]
+    assert low == -300 and high <= 200
+    # toes of the smallest are in the desk at the next step, and in it by what gives way at most here
+    said = next(line for line in capsys.readouterr().out.splitlines() if "no more than" in line)
+    assert f"no more than {high} mm ahead: farther on, even a small woman has the" in said
+    assert said.endswith("in desk")
+    toes = stand["on"][0] + high + 200
+    assert -60 <= toes <= 60
     result = wb.run(wb.load_study(tmp_path / "study.yaml"))
     assert result.passed, [v.criterion.name for v in result.verdicts if not v.passed]
 
 
 @pytest.mark.parametrize("floor", [True, False])
 def test_nobody_stands_at_the_height_of_a_board_in_the_air(tmp_path, capsys, floor):
-    """A board 40 mm thick, its upper side at 1,000 mm, over a floor at 0 or over nothing."""
+    """A board 40 mm thick, its upper side at 1,000 mm, over a floor at 0 or over nothing: then the floor
+    is a metre under the control."""
     board = {"board": corners((-0.2, -0.8, 0.96), (0.1, 0.8, 1.0))}
     parts = board | ({"floor": DESK["floor"]} if floor else {})
-    rows = f"{{a: {control((0, 0, 1000), 'push', 1, 'board')}}}"
+    rows = f"{{a: {control((0, 0, 1000.4), 'push', 1, 'board')}}}"
     study = first(write_cab(tmp_path, parts=parts, seats=(), controls=rows))
-    assert study["people"]["person"]["stand"]["on"][2] == 0
+    height = 0 if floor else 1
+    assert study["people"]["person"]["stand"]["on"][2] == height
     said = capsys.readouterr().out
+    assert (f"the floor is taken at {height} mm" in said) != floor
     assert ("on the floor below" in said) == floor
     assert ("no part 600 mm broad faces up there" in said) != floor
 
@@ -216,7 +226,7 @@ def test_nobody_is_to_step_into_a_ledge_in_the_floor(tmp_path):
     kept = first(write_cab(tmp_path / "mat", parts=DESK | mat, seats=(), controls=rows))
     stands = [study["people"]["person"]["stand"] for study in (free, kept)]
     assert stands[0]["on"] == stands[1]["on"]
-    assert stands[0]["area"]["left"] == [-500, 500] and stands[1]["area"]["left"] == [-500, 300]
+    assert stands[0]["area"]["left"] == [-500, 500] and stands[1]["area"]["left"] == [-500, 320]
 
 
 def test_controls_far_apart_have_somebody_each(tmp_path):

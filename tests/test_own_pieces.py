@@ -318,6 +318,13 @@ def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
     )
 
 
+def test_a_pedal_without_a_part_is_in_free_air_nearer_than_a_knob_is(tmp_path):
+    above = (440, -20, 380)
+    controls = {"pedal": (above, "foot", "''"), "knob": (above, "push", "''")}
+    told = [words for words in place(tmp_path, LEVERS, controls).warnings if "free air" in words]
+    assert len(told) == 1 and told[0].startswith("control 'pedal' is in free air")
+
+
 @settings(max_examples=20, deadline=None)
 @given(at=st.tuples(*[st.integers(-900, 900)] * 3), swapped=st.booleans())
 def test_a_control_away_from_its_part_is_told_the_nearest_part_and_point(

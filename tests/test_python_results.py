@@ -178,5 +178,10 @@ def test_what_does_not_suit_a_noun_is_refused(postures, options, message):
 def test_the_person_hardest_to_serve_is_drawn_of_a_population(population):
     (shown,) = wb.scene_of(population).bodies
     assert shown.placed is population.population.shown[0].placed
-    with pytest.raises(wb.UsageError, match="only the person hardest to serve"):
+    found = population.population
+    last = len(found.people) - 1
+    label = found.people.labels[last] if found.people.labels else str(last + 1)
+    (other,) = wb.scene_of(population, case=label).bodies
+    assert len(other.placed.centres) == 1
+    with pytest.raises(wb.UsageError, match="no person 'sitting'; valid: "):
         wb.scene_of(population, case="sitting")

@@ -148,7 +148,30 @@ def test_the_people_shown_hold_their_postures_in_tables(crowd):
     assert {row["person"] for row in angles} == {row["person"] for row in hard}
 
 
-def test_a_person_who_is_not_shown_is_refused_with_those_who_are(crowd):
+def test_everybody_of_a_population_is_drawn_and_those_who_are_held_as_they_are(
+    crowd,
+):
+    """Found again are all those of whom the result holds no posture: here everybody."""
+    found, folder = crowd
+    rows = json.loads((folder / "result.json").read_text())
+    labels = rows["population"]["people"]["label"]
+    for hard in rows["population"]["hardest"]:
+        hard["posture"] = None
+    file = folder.parent / "bare.json"
+    file.write_text(json.dumps(rows))
+    for shown in found.shown:
+        if shown.requirement == np.nanargmin(found.margin[shown.row]):
+            scene = wb.scene_of(str(file), case=labels[shown.row])
+            drawn = scene.bodies[0].placed
+            np.testing.assert_allclose(drawn.centres, shown.placed.centres, atol=1e-5)
+            np.testing.assert_allclose(scene.environment.vertices, shown.environment.vertices, atol=2e-6)  # fmt: skip
+    held = {shown.row for shown in found.shown}
+    other = next(row for row in range(len(labels)) if row not in held)
+    scene = wb.scene_of(str(folder), case=labels[other])
+    assert len(scene.bodies) == 1 and f"person {labels[other]}" in scene.title
+
+
+def test_a_person_whom_nobody_knows_is_refused_with_those_there_are(crowd):
     _, folder = crowd
-    with pytest.raises(wb.InputError, match=r"shows no person 'nobody'"):
+    with pytest.raises(wb.InputError, match=r"has no person 'nobody'; valid: \S+, "):
         wb.scene_of(str(folder), case="nobody")

@@ -174,7 +174,7 @@ def test_an_end_of_the_area_that_keeps_people_out_is_named_and_its_going_on_prop
     text, at = area
     found = answered(desk, controls=control, area=text.format(at), people=people).population
     assert not found.served.any()
-    named = f"all 3 of them stand at the {end} end of the area in which they may step"
+    named = f"all of them stand at the {end} end of the area in which they may step"
     assert named in population_headline(found)
     gain = next(one for one in found.gains if f"mm farther {word}" in one.words)
     assert gain.words == f"letting people step {1000 * gain.move:.0f} mm farther {word}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +26,7 @@ from workbench.files.environments import load_environment
 from workbench.files.kinds import is_mesh, is_result, kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.results.motions import MotionRows
-from workbench.files.results.population import PopulationRows
+from workbench.files.results.population import PeopleRow, PopulationRows
 from workbench.files.results.postures import PersonRow, PostureRow, PosturesRows
 from workbench.files.results.result import FindingRow, ResultFile, load_result
 from workbench.files.study.reader import load_study
@@ -35,12 +36,17 @@ from workbench.model.person import Person
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses, pose
 from workbench.model.quaternions import matrices
-from workbench.model.result import Result
+from workbench.model.result import PopulationFound, Result, Shown
 from workbench.model.study import Study
 from workbench.model.surroundings import adjusted
 from workbench.model.units import tenths, unit_in
 from workbench.posture.seating.seating import seat_at
-from workbench.study.accommodation.accommodation import body_of_person
+from workbench.study.accommodation.accommodation import (
+    body_of_person,
+    person_again,
+    person_shown,
+)
+from workbench.study.accommodation.hardest import Places
 from workbench.study.motion_cases import motion_cases
 from workbench.study.people import poses_of, present_people
 from workbench.study.run import hashes
@@ -173,20 +179,24 @@ def _result_source(result: Result, case: str | None) -> Source:
         return people_source(found.study.title, found.environment, persons, chosen)
     if result.motions:
         return study_source(result.study, case)
-    shown = result.population.shown if result.population is not None else ()
-    if case is not None or not shown:
-        raise UsageError(
-            "source: this result is of a population: only the person hardest to serve can be drawn, "
-            "without 'case'" + ("" if shown else ", and everybody fits")
-        )
-    return Source(
-        Scene(
-            (SceneBody(shown[0].placed, holds=shown[0].environment),),
-            shown[0].environment,
-            (),
-            result.study.title,
-        )
-    )
+    shown = None if result.population is None else _shown_of(result.population, case)
+    if shown is None:
+        raise UsageError("source: nothing is asked of anybody of this population: nobody is drawn")
+    body = SceneBody(shown.placed, holds=shown.environment)
+    return Source(Scene((body,), shown.environment, (), result.study.title))
+
+
+def _shown_of(found: PopulationFound, name: str | None) -> Shown | None:
+    """A person of a population by the label, the one hardest to serve without one; None for whom nothing
+    is asked."""
+    if name is None:
+        return next(iter(found.shown), None)
+    labels = found.people.labels or tuple(str(row + 1) for row in range(len(found.people)))
+    if name not in labels:
+        raise UsageError(f"case: there is no person {name!r}; {one_of(name, labels)}")
+    row = labels.index(name)
+    held = next((one for one in found.shown if one.row == row), None)
+    return held or person_shown(found, row, found.requirements[found.looked_at(row)].name)
 
 
 def build_source(
@@ -323,7 +333,7 @@ def result_source(path: Path, case: str | None = None, study: str | None = None)
     """Build what is to be drawn of a result: a case of its study, with its findings marked.
 
     Breaches are marked by number; otherwise the nearest distances are marked. A motion shows its
-    contacts by number. A population shows one of the people hardest to serve.
+    contacts by number. A population shows one of its people.
 
     Parameters
     ----------
@@ -357,7 +367,7 @@ def result_source(path: Path, case: str | None = None, study: str | None = None)
         names = case or _worst_case(result)
         return _with_findings(_held_source(loaded, result.postures[0], names), result)
     if result.population is not None:
-        return _hardest_source(path, loaded, result.population, case)
+        return _population_source(path, loaded, result.population, case)
     raise InputError(f"{path}: this result holds nothing to draw; see its report")
 
 
@@ -417,30 +427,50 @@ def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
     return people_source(single.title, environment, tuple(persons), chosen)
 
 
-def _hardest_source(path: Path, study: Study, rows: PopulationRows, name: str | None) -> Source:
-    """One of the people hardest to serve as the result holds them: the named one, or the first."""
-    shown = {one.person: one for one in rows.hardest if one.posture is not None}
-    if not shown:
-        raise InputError(f"{path}: this result shows nobody; see its report")
-    hard = shown[next(iter(shown))] if name is None else shown.get(name)
-    if hard is None or hard.posture is None:
-        raise InputError(f"{path}: shows no person {name!r}; {one_of(name or '', list(shown))}")
-    body = body_of_person(study, hard.row)
-    settings = {column: values[hard.row] for column, values in rows.people.settings.items()}
-    environment = _with_settings(study.environment, settings)
-    if rows.seat is not None:
-        forward, up = rows.people.seat_mm[hard.row]
-        environment = seat_at(environment, rows.seat, forward / 1000.0, up / 1000.0)
-    person = Person(rows.role, body, _posture(body, hard.posture))
-    source = people_source(
-        f"{study.title}: person {hard.person}", environment, (person,), (hard.posture.case,)
-    )
-    asked = next(one for one in rows.requirements if one.name == hard.requirement)
+def _population_source(path: Path, study: Study, rows: PopulationRows, name: str | None) -> Source:
+    """One person of a population: the named one, or the first of those hardest to serve. These are as
+    the result holds them, everybody else is found again where the result has the person."""
+    people = rows.people
+    held = {one.person: one for one in rows.hardest if one.posture is not None}
+    if not held and name is None:
+        raise InputError(f"{path}: this result shows nobody by itself; name a person by --case")
+    label = next(iter(held)) if name is None else name
+    if label not in people.label:
+        raise InputError(f"{path}: has no person {label!r}; {one_of(label, people.label)}")
+    hard = held.get(label)
+    row = people.label.index(label) if hard is None else hard.row
+    settings = {column: values[row] for column, values in people.settings.items()}
+    margins = [math.inf if margin is None else margin for margin in people.margin_mm[row]]
+    r = int(np.argmin(margins))
+    if hard is not None and hard.posture is not None:
+        r = [one.name for one in rows.requirements].index(hard.requirement)
+        body = body_of_person(study, row)
+        poses, case = _posture(body, hard.posture), hard.posture.case
+        environment = _with_settings(study.environment, settings)
+        if rows.seat is not None:
+            forward, up = people.seat_mm[row]
+            environment = seat_at(environment, rows.seat, forward / 1000.0, up / 1000.0)
+    else:
+        shown = person_again(study, row, _places(study.environment, people, row), r)
+        body, poses, case = shown.placed.body, shown.poses, shown.case
+        environment = shown.environment
+    person = Person(rows.role, body, poses)
+    source = people_source(f"{study.title}: person {label}", environment, (person,), (case,))
+    asked = rows.requirements[r]
     unit = unit_in(asked.unit)
-    margin = hard.margin_mm / asked.unit_mm
+    margin = margins[r] / asked.unit_mm
     words = f"{tenths(abs(margin))}{unit.words} {'short' if margin < 0 else 'to spare'}"
-    lack = f"{hard.requirement}: {words}"
-    return replace(source, notes=(*source.notes, f"person {hard.person}, {lack}"))
+    return replace(source, notes=(*source.notes, f"person {label}, {asked.name}: {words}"))
+
+
+def _places(environment: Environment, people: PeopleRow, row: int) -> Places:
+    """Where a result has one of its people."""
+    units = {one.column: one.shown_unit for one in environment.adjustments}
+    setting = [values[row] * units[column] for column, values in people.settings.items()]
+    seat, comfortable = (
+        np.array([place_mm[row]]) / 1000.0 for place_mm in (people.seat_mm, people.comfortable_mm)
+    )
+    return Places(seat, comfortable, np.array([setting]))
 
 
 def _with_settings(environment: Environment, settings: Mapping[str, float]) -> Environment:

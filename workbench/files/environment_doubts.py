@@ -48,8 +48,9 @@ _CONTROL_AWAY = 0.06
 centre may lie beside the part that it closes about."""
 _ON = 0.01
 """A control as near [m] as this to a part is on it: it was put there by a click or by its figures."""
-_FREE = 0.3
-"""What is farther [m] from every part is on nothing that hands use."""
+_FREE = {"hand": 0.3, "foot": 0.1}
+"""What is farther [m] from every part is on nothing that hands, or feet, use: a pedal is as large as a
+foot at most."""
 _CUSHION = (0.2, 1.0)
 """Least and greatest depth [m] of what is sat on, its smaller extent from above: of a child's seat,
 of a lounge with its back."""
@@ -294,7 +295,7 @@ def _controls_on_nothing(environment: Environment) -> Iterator[Doubt]:
             )
             continue
         near = near_part(environment, control.at, shown)
-        if near is not None and near.gap > _FREE:
+        if near is not None and near.gap > _FREE["foot" if control.for_feet else "hand"]:
             yield Doubt(
                 f"place of control {control.name}",
                 f"control {control.name!r} is in free air: the nearest part, {near.name!r}, is "

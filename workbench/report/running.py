@@ -64,7 +64,6 @@ def run_and_write(
     kept: list[str] = []
     if out is not None:
         check_folder(out, holds="result")  # before the work, not after it
-    say(f"reading {source}")
     loaded = load_study(source)
     check_run(loaded, cluster=cluster, film=film)
     folder = out or Path("out") / loaded.name

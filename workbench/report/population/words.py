@@ -152,16 +152,15 @@ def _keeps_words(result: PopulationFound) -> str:
 
 
 def ends_words(result: PopulationFound, rows: Ints) -> str:
-    """ "; all 80 of them stand at the front end of the area in which they may step" of some people, "" where
-    less than half stand at an end beyond which they would miss less."""
+    """ "; all of them stand at the front end of the area in which they may step, ..." of some people, ""
+    where less than half stand at an end beyond which they would miss less."""
     count = {end: int(who[rows].sum()) for end, who in result.ends.items()}
     end = max(count, key=lambda name: count[name], default="")
     if not end or 2 * count[end] < len(rows):
         return ""
-    who = f"{count[end]} of these {len(rows)} people stand"
-    if count[end] == len(rows):
-        who = f"all {count[end]} of them stand" if count[end] > 1 else "who misses it stands"
-    return f"; {who} at the {end} end of the area in which they may step, and would miss less beyond it"
+    who = "all" if count[end] == len(rows) else f"{count[end]}"
+    area = "of the area in which they may step"
+    return f"; {who} of them stand at the {end} end {area}, and would miss less beyond it"
 
 
 def _mends_words(result: PopulationFound) -> list[str]:
@@ -482,12 +481,6 @@ def no_gain_words(result: PopulationFound) -> list[str]:
         words.append(
             "No part goes along with the seat (moves), so whether a seat beyond its travel meets the "
             "floor or other parts was not looked at."
-        )
-    touches = any(one.check == "contact" for one in result.requirements)
-    if any("letting people step" in one.words for one in result.gains) and not touches:
-        words.append(
-            "No criterion asks for contact, so whether somebody beyond the area touches anything was "
-            "not looked at."
         )
     if result.gains or result.served.all() or result.study.changes:
         return words

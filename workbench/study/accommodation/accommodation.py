@@ -26,6 +26,7 @@ from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks,
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
 from workbench.study.accommodation.hardest import (
+    Places,
     beheld_people,
     found_situations,
     hardest_rows,
@@ -52,8 +53,10 @@ from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.sight_rules import source_of
 from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.passes import ASKING, BODIES, CHANGE, LAST, MAP, USUAL_CHANGES, Passes
-from workbench.study.people import Present, person_found
+from workbench.study.people import Present, person_found, present_people
+from workbench.study.positions import SAME_SETTING
 from workbench.study.requirements import asked_of, sets_of
+from workbench.study.settings import nominal_setting
 from workbench.study.warnings import (
     buried_controls,
     enclosure_warnings,
@@ -62,7 +65,13 @@ from workbench.study.warnings import (
 )
 from workbench.study.workplaces import population_of, workplace_of
 
-__all__ = ["accommodation", "body_of_person", "person_shown", "population_question"]
+__all__ = [
+    "accommodation",
+    "body_of_person",
+    "person_again",
+    "person_shown",
+    "population_question",
+]
 
 Say = Callable[[str], None]
 EXPECTED = 10.0
@@ -195,13 +204,18 @@ def body_of_person(study: Study, row: int) -> Body:
     InputError
         Where there is no such person, or no body for the person's measures.
     """
+    return _bodies_of_person(study, row)[0]
+
+
+def _bodies_of_person(study: Study, row: int) -> PopulationBodies:
+    """That body alone; arguments and errors as of `body_of_person`."""
     role = _crowd(study)[1]
     people = population_of(role)
     if not 0 <= row < len(people):
         raise InputError(f"{study.name}: no person {row + 1} of {len(people)}")
     body = morph_to(role.body, role.detail)
     sits = role.seat is not None
-    return fit_population(body, people.rows(np.array([row])), role.clothes, sits=sits)[0]
+    return fit_population(body, people.rows(np.array([row])), role.clothes, sits=sits)
 
 
 def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | None:
@@ -219,38 +233,42 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
     Returns
     -------
     Shown or None
-        None where others are there too, whom a result does not hold, and where it does not apply.
+        None where it does not apply.
     """
-    role = _crowd(found.study)[1]
     names = [each.name for each in found.requirements]
-    if len(found.study.roles) > 1 or requirement not in names:
+    column = names.index(requirement) if requirement in names else -1
+    if column < 0 or np.isnan(found.margin[row, column]):
         return None
-    column = names.index(requirement)
-    if np.isnan(found.margin[row, column]):
-        return None
-    people = found.people.rows(np.array([row]))
-    bodies = fit_population(found.body, people, role.clothes, sits=role.seat is not None)
-    one = slice(row, row + 1)
-    chunk = Chunk(
-        margin=found.margin[one],
-        low=found.low[one],
-        high=found.high[one],
-        reason=found.reason[one],
-        toward=np.full((1, len(names), 3), np.nan),
-        seat=found.seat[one],
-        comfortable=found.comfortable[one],
-        window=found.window[one],
-        sets=found.sets[one],
-        setting=found.setting[one],
-        elsewhere=found.elsewhere[one],
-        overlap=np.zeros((0, 4), dtype=np.int64),
-        depth=np.zeros(0),
-        judged_person=np.zeros(0, dtype=np.int64),
-        judged=np.zeros((0, found.setting.shape[1] + 2 + len(names))),
-        words=found.reasons,
-    )
-    question = replace(population_question(found.study), people=people)
-    return next(shown_people(question, bodies, chunk, [0], at=[column]))
+    places = Places(found.seat[[row]], found.comfortable[[row]], found.setting[[row]])
+    return person_again(found.study, row, places, column)
+
+
+def person_again(study: Study, row: int, places: Places, requirement: int) -> Shown:
+    """Return one person of a study's population as found at a requirement, from where that was.
+
+    Parameters
+    ----------
+    study
+        With a population in one of its roles; others take their places anew.
+    row
+        Of the person.
+    places
+        Where the person (B = 1) was found; a setting that is nominal but for rounding is.
+    requirement
+        Its number.
+
+    Raises
+    ------
+    InputError
+        Where there is no such person, or no body for the person's measures.
+    """
+    question = population_question(study, present_people(study) if len(study.roles) > 1 else None)
+    bodies = _bodies_of_person(study, row)
+    nominal = nominal_setting(question.place)
+    rounded = np.isclose(places.setting, nominal, rtol=0.0, atol=SAME_SETTING)
+    there = replace(places, setting=np.where(rounded, nominal, places.setting))
+    question = replace(question, people=question.people.rows(np.array([row])))
+    return next(shown_people(question, bodies, there, [0], at=[requirement], first=row))
 
 
 def _crowd(study: Study) -> tuple[int, Role]:

@@ -33,7 +33,18 @@ from workbench.study.situation import (
     without_seat,
 )
 
-__all__ = ["Found", "beheld_people", "found_situations", "hardest_rows", "shown_people"]
+__all__ = ["Found", "Places", "beheld_people", "found_situations", "hardest_rows", "shown_people"]
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where B people were found: positions of the seat and comfortable ones (B, 2) [m], and settings
+    (B, A), as of `Chunk`."""
+
+    seat: Floats
+    comfortable: Floats
+    setting: Floats
+
 
 Found = tuple[Ints, list[Situation]]
 """Rows of people, and these people in each case."""
@@ -72,14 +83,20 @@ def hardest_rows(margin: Floats, weight: Floats, *, checks: Sequence[str] = ()) 
 
 
 def found_situations(
-    question: Question, bodies: PopulationBodies, people: Ints, found: Chunk
+    question: Question,
+    bodies: PopulationBodies,
+    people: Ints,
+    found: Chunk | Places,
+    *,
+    first: int = 0,
 ) -> Iterator[Found]:
     """People (N,) in each case, in the positions of the seat and the settings that their margins are
-    of: those of one setting together."""
+    of: those of one setting together. first: the number that the first of the people of the question
+    has in the population, by which driving postures are drawn."""
     for setting in np.unique(found.setting[people], axis=0):
         rows = people[(found.setting[people] == setting).all(axis=1)]
         place = at_setting(question.place, setting)
-        who = Occupants(bodies[rows], question.people, rows)
+        who = Occupants(bodies[rows], question.people, rows, first)
         comfortable = comfortable_situations(place, who)
         stays = np.array_equal(found.seat[rows], found.comfortable[rows])
         if stays and place is question.place:
@@ -91,21 +108,24 @@ def found_situations(
 def shown_people(
     question: Question,
     bodies: PopulationBodies,
-    found: Chunk,
+    found: Chunk | Places,
     rows: Sequence[int],
     *,
     at: Sequence[int],
+    first: int = 0,
 ) -> Iterator[Shown]:
-    """Some people (rows) as found, in their position, each at one requirement (at)."""
+    """Some people (rows) as found, in their position, each at one requirement (at). first: as of
+    `found_situations`."""
     for row, r in zip(rows, at, strict=True):
         one = question.asked[r]
-        _, there = next(found_situations(question, bodies, np.array([row]), found))
+        some = np.array([row])
+        _, there = next(found_situations(question, bodies, some, found, first=first))
         situation = there[one.case]
         (again,) = renewed(situation.place, [one])
         look = _look(situation, again)
         environment = situation.environment_moved
         yield Shown(
-            row=row,
+            row=first + row,
             requirement=r,
             case=situation.work.name,
             poses=look.poses,

@@ -23,7 +23,12 @@ from workbench.model.environment import Control, Environment
 from workbench.sight.rays import first_hits
 from workbench.study.describe.at_controls import SeatFrame, Sitter, left_out, sitters_of
 from workbench.study.describe.people import PERSON
-from workbench.study.describe.standing_place import MAY_STEP, Standing, standing_places
+from workbench.study.describe.standing_place import (
+    MAY_STEP,
+    Standing,
+    floor_mm,
+    standing_places,
+)
 from workbench.study.feet_on_floor import BROAD
 
 __all__ = ["Around", "around", "first_study", "floor_below", "guesses_of"]
@@ -117,7 +122,7 @@ def first_study(environment: Environment, source: str, *, people: int = 0) -> st
         lines.append(f"  {flow_text(role)}: {flow_text(who)}")
     for role, stand in stands.items():
         on = [round(1e3 * value) for value in stand.on[:2]]
-        on.append(math.ceil(1e3 * stand.on[2] - 0.01))  # a sole in the floor by less is in it
+        on.append(floor_mm(stand.on[2]))
         place = {"on": on, "yaw": round(math.degrees(stand.yaw)), **_steps(stand)}
         lines.append(f"  {flow_text(role)}: {flow_text({'body': PERSON, 'stand': place, **extra})}")
     actions = {
@@ -186,7 +191,14 @@ def _guesses(sitters: Mapping[str, Sitter], stands: Mapping[str, Standing]) -> I
     for role, stand in stands.items():
         yield f"{role} stands {stand.why}"
         if _steps(stand):
-            yield f"{role} may step as far as the floor is level and a man is clear, at most {most:g} m"
+            yield (
+                f"{role} may step as far as the floor is level and somebody small or tall is clear but "
+                f"for {GIVES} mm, arms apart, at most {most:g} m"
+            )
+            yield from (
+                f"{role} may step no more than {far}: farther on, {why}"
+                for far, why in stand.limits.items()
+            )
 
 
 @dataclass(frozen=True)

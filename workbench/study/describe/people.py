@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 
 from workbench.body.forward import place
+from workbench.body.scaling.scale import scale
 from workbench.files.body.bodies import body_path, load_body
 from workbench.files.environment_parts import matching_parts
 from workbench.files.environment_schema import EnvironmentFile
@@ -32,10 +33,13 @@ __all__ = [
     "seated_person",
     "seated_words",
     "standing_man",
+    "standing_people",
     "standing_person",
 ]
 
 PERSON = "adult_male"
+ENDS = {"a small woman": ("adult_female", 1.525), "a tall man": ("adult_male", 1.87)}
+"""Bodies and statures [m] of a woman at the 5th and a man at the 95th percentile, rounded; ANSUR II."""
 ASIDE = 0.6
 """How far [m] beside the mesh the person stands."""
 BESIDE = 0.45
@@ -48,15 +52,26 @@ def _person() -> Body:
 
 
 @cache
-def _posture(name: str) -> Poses:
+def _posture(name: str, body: Body | None = None) -> Poses:
     path = posture_path(body_path(PERSON))
     assert path is not None
-    return posture_pose(_person(), load_postures(path, _person())[0], name)
+    who = body or _person()
+    return posture_pose(who, load_postures(path, who)[0], name)
 
 
 def standing_man() -> tuple[Body, Poses]:
     """The person, and how he stands (P = 1)."""
     return _person(), _posture("standing")
+
+
+@cache
+def standing_people() -> dict[str, tuple[Body, Poses]]:
+    """By words the person and two others at the ends of what people are, as of `standing_man`."""
+    bodies = {
+        name: scale(load_body(body), {"stature": stature}) for name, (body, stature) in ENDS.items()
+    }
+    others = {name: (body, _posture("standing", body)) for name, body in bodies.items()}
+    return {"a man": standing_man(), **others}
 
 
 def standing_person(bounds: Floats) -> Placed:

@@ -15,16 +15,19 @@ from functools import cache, lru_cache
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.contact.collide import room
+from workbench.contact.batches import clearance_by_part
+from workbench.contact.collide import allowed_depth, room
 from workbench.geometry.ground import Ground, ground_of
 from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Placed, Poses
+from workbench.model.units import plain
 from workbench.sight.rays import first_hits
-from workbench.study.describe.people import standing_man
+from workbench.study.describe.people import standing_man, standing_people
 from workbench.study.feet_on_floor import BROAD
 
-__all__ = ["MAY_STEP", "Standing", "standing_places"]
+__all__ = ["MAY_STEP", "Standing", "floor_mm", "standing_places"]
 
 TOGETHER = 1.4
 """Controls that are all nearer [m] than this to one another are used from one place."""
@@ -49,10 +52,15 @@ STEP = 0.15
 """A floor higher [m] than the lowest one about the controls is furniture."""
 ABOUT = 0.06
 """Triangles nearer [m] than this are the surface that a control is on."""
-STRIDE = 0.1
+STRIDE = 0.02
 MAY_STEP = {"forward": (0.3, 0.2), "left": (0.5, 0.5)}
 """[m] Between the places where it is asked whether somebody may step there, and how far at most: back and
 ahead, to the right and to the left."""
+GIVES = 0.01
+"""What legs and trunk may be in something [m] where somebody steps: flesh, sleeves and soles give way."""
+BODY = ("LT", "CT", "UT", "LUL", "RUL", "LLL", "RLL", "LF", "RF")
+FEET = ("LF", "RF")
+"""Trunk, legs and feet: arms that hang at rest go elsewhere."""
 LEVEL = 0.02
 LIFTS = 6
 """How often a man is lifted by what he is in the floor, at most."""
@@ -69,7 +77,7 @@ class Standing:
 
     on: (3,) [m] on the floor; yaw [rad]; controls: within reach of here; clear: whether nothing is
     touched; why: by what this was guessed; area: (low, high) [m] how far he may step, "forward" and
-    "left".
+    "left"; limits: in words what keeps everybody from going on, by how far "60 mm ahead" that is.
     """
 
     on: tuple[float, float, float]
@@ -78,6 +86,7 @@ class Standing:
     clear: bool
     why: str
     area: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    limits: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +144,7 @@ def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
     below = np.isfinite(_floor(environment, np.array([[x, y, z]]), -math.inf)[0])
     where = "on the floor below, facing them" if below else f"facing them; {_no_floor(z)}"
     away = float(np.hypot(*(at.mean(axis=0) - spots.on[best])[:2]))
+    area, limits = _area(environment, np.array([x, y, z]), yaw) if clear else ({}, {})
     return Standing(
         (x, y, z),
         yaw,
@@ -142,50 +152,75 @@ def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
         clear,
         f"{1000 * away:.0f} mm before the middle of the controls, {where}"
         + ("" if clear else "; no place was found there that touches nothing"),
-        _area(environment, np.array([x, y, z]), yaw) if clear else {},
+        area,
+        limits,
     )
 
 
-def _area(environment: Environment, on: Floats, yaw: float) -> dict[str, tuple[float, float]]:
-    """(low, high) [m] how far somebody may step from a place (3,), "forward" and "left": as far as a
-    standing man is clear there and the floor is level. Ahead others come nearer by a stride, who are
-    slimmer."""
+def _area(
+    environment: Environment, on: Floats, yaw: float
+) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
+    """(low, high) [m] how far people may step from a place (3,), "forward" and "left", and by way what
+    keeps them from more; see `_steps_along`."""
     ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    axes = {"forward": ahead, "left": np.array([-ahead[1], ahead[0], 0.0])}
-    found = {}
-    for name, axis in axes.items():
-        low, high = MAY_STEP[name]
-        back = _free_steps(environment, on, -axis, yaw, low)
-        forth = _free_steps(environment, on, axis, yaw, high, nearer=name == "forward")
-        found[name] = (-back, forth)
-    return found
+    left = np.array([-ahead[1], ahead[0], 0.0])
+    ways = {"back": -ahead, "ahead": ahead, "to the right": -left, "to the left": left}
+    most = [far for ends in MAY_STEP.values() for far in ends]
+    found = {
+        name: _steps_along(environment, on, way, yaw, far)
+        for (name, way), far in zip(ways.items(), most, strict=True)
+    }
+    back, forth, right, aside = (far for far, _ in found.values())
+    limits = {f"{1e3 * far:.0f} mm {way}": why for way, (far, why) in found.items() if why}
+    return {"forward": (-back, forth), "left": (-right, aside)}, limits
 
 
-def _free_steps(
-    environment: Environment,
-    on: Floats,
-    way: Floats,
-    yaw: float,
-    most: float,
-    *,
-    nearer: bool = False,
-) -> float:
-    """How far [m] somebody may step along a way, in strides; see `_area`."""
+def _steps_along(
+    environment: Environment, on: Floats, way: Floats, yaw: float, most: float
+) -> tuple[float, str]:
+    """How far [m] people may step along a way, in strides, and what keeps them from more.
+
+    The floor is level there, and somebody of a small, a middle and a tall person is in nothing by more
+    than gives way, with trunk and legs. Feet that are in something on the floor and clear of it once
+    lifted would stand on it.
+    """
     strides = STRIDE * np.arange(1, round(most / STRIDE) + 1)
     places = on + strides[:, None] * way
-    floors = np.array([_on_floor(environment, place, yaw)[2] for place in places])
+    yaws = np.full(len(places), yaw)
+    floors = np.array([_under_soles(environment, place, yaw) for place in places])
     level = (floors > on[2] - LEVEL) & (floors < on[2] + EVEN)
-    clear = _room(environment, places, np.full(len(places), yaw)) >= CLEAR
-    if nearer:
-        clear[1:] = clear[:-1]
-        clear[0] = True
-    return float(STRIDE * np.cumprod(level & clear).sum())
+    spare = []
+    for who in standing_people().values():
+        feet = [_room(environment, places, yaws, lifted=up, who=who, of=FEET) for up in (0, LIFTED)]
+        on_ledge = (feet[0] < -EVEN) & (feet[1] >= 0)
+        apart = _room(environment, places, yaws, who=who, of=BODY)
+        spare.append(np.where(on_ledge, -np.inf, apart))
+    stays = np.flatnonzero(~(level & (np.max(spare, axis=0) >= -GIVES)))
+    if not len(stays):
+        return float(strides[-1]), ""
+    k = int(stays[0])
+    best = int(np.argmax([one[k] for one in spare]))
+    if not level[k] or not np.isfinite(spare[best][k]):
+        return float(STRIDE * k), "the floor is not level"
+    name, who = list(standing_people().items())[best]
+    placed = _standing(places[k : k + 1] + np.array([0.0, 0.0, LIFTED]), yaws[:1], who)
+    apart = clearance_by_part(placed, environment).distance[0]
+    apart += allowed_depth(placed.body, environment)
+    rows = [placed.body.segments.index(one) for one in BODY]
+    segment, part = np.unravel_index(np.argmin(apart[rows]), apart[rows].shape)
+    what = placed.body.segment_names[rows[int(segment)]]
+    return float(STRIDE * k), f"even {name} has the {what} in {plain(environment.parts[part])}"
+
+
+def floor_mm(height: float) -> int:
+    """A height of the floor [m] in whole millimetres: a sole in the floor by less is in it."""
+    return math.ceil(1e3 * height - 0.01)
 
 
 def _no_floor(height: float) -> str:
     """That nothing to stand on is there, and what was taken for it [m]."""
     return (
-        f"the floor is taken at {1e3 * height:.0f} mm, since no part {1e3 * BROAD:.0f} mm broad faces "
+        f"the floor is taken at {floor_mm(height)} mm, since no part {1e3 * BROAD:.0f} mm broad faces "
         "up there: where it is otherwise, the third figure of 'on' says so"
     )
 
@@ -229,11 +264,7 @@ def _floor(environment: Environment, on: Floats, bare: float) -> Floats:
 
 def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, float, float]:
     """A place (3,) [m], raised to the highest floor under the soles there."""
-    ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    left = np.array([-ahead[1], ahead[0], 0.0])
-    spots = np.array([on + forth * ahead + aside * left for forth, aside in SOLES])
-    spots[:, 2] += STEP
-    z = max(float(_floor(environment, spots, float(on[2])).max()), float(on[2]))
+    z = max(_under_soles(environment, on, yaw), float(on[2]))
     at = np.array([[on[0], on[1], z]])
     # soles stand on what they are in by little: over a ledge before the toes by more than their depth
     for _ in range(LIFTS):
@@ -244,10 +275,30 @@ def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, 
     return float(on[0]), float(on[1]), float(at[0, 2])
 
 
-def _room(environment: Environment, on: Floats, yaw: Floats, *, lifted: float = LIFTED) -> Floats:
-    """(M,) [m] what a standing man has about him, lifted a little so that the floor is not near."""
-    apart = room(_standing(on + np.array([0.0, 0.0, lifted]), yaw), environment)
-    return np.nan_to_num(apart, nan=np.inf).min(axis=1)
+def _under_soles(environment: Environment, on: Floats, yaw: float) -> float:
+    """The highest floor [m] under the soles in a place (3,), its own height where there is none."""
+    ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    left = np.array([-ahead[1], ahead[0], 0.0])
+    spots = np.array([on + forth * ahead + aside * left for forth, aside in SOLES])
+    spots[:, 2] += STEP
+    return float(_floor(environment, spots, float(on[2])).max())
+
+
+def _room(
+    environment: Environment,
+    on: Floats,
+    yaw: Floats,
+    *,
+    lifted: float = LIFTED,
+    who: tuple[Body, Poses] | None = None,
+    of: Sequence[str] = (),
+) -> Floats:
+    """(M,) [m] what a standing man, or who is given, has about him, lifted a little so that the floor is
+    not near; of some segments, of all where none is named."""
+    placed = _standing(on + np.array([0.0, 0.0, lifted]), yaw, who)
+    apart = np.nan_to_num(room(placed, environment), nan=np.inf)
+    rows = [placed.body.segments.index(name) for name in of or placed.body.segments]
+    return np.asarray(apart[:, rows].min(axis=1))
 
 
 def _nearest_clear(spots: _Spots) -> _Spots:
@@ -324,15 +375,14 @@ def _anywhere(environment: Environment) -> Standing:
 
 
 @cache
-def _soles() -> float:
-    """Height [m] of the soles of the standing man."""
-    body, poses = standing_man()
+def _soles(body: Body, poses: Poses) -> float:
+    """Height [m] of the soles of somebody who stands."""
     return float((place(body, poses).centres[0, :, 2] - body.radius[0]).min())
 
 
-def _standing(on: Floats, yaw: Floats) -> Placed:
-    """A man who stands in places (M, 3) [m], facing directions (M,)."""
-    body, poses = standing_man()
+def _standing(on: Floats, yaw: Floats, who: tuple[Body, Poses] | None = None) -> Placed:
+    """A man, or who is given, who stands in places (M, 3) [m], facing directions (M,)."""
+    body, poses = who or standing_man()
     count = len(on)
     world = np.repeat(poses.world_from_reference, count, axis=0)
     turn = np.zeros((count, 3, 3))
@@ -342,5 +392,5 @@ def _standing(on: Floats, yaw: Floats) -> Placed:
     turn[:, 2, 2] = 1.0
     world[:, :, :3] = turn @ world[:, :, :3]
     world[:, :2, 3] = on[:, :2]
-    world[:, 2, 3] += on[:, 2] - _soles()
+    world[:, 2, 3] += on[:, 2] - _soles(body, poses)
     return place(body, Poses(np.repeat(poses.rotations, count, axis=0), poses.reference, world))
