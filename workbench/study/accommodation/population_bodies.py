@@ -144,9 +144,9 @@ class PopulationBodies:
     the chunk's first and last rows; filled as chunks are worked on."""
     held: dict[int, SeatMemory] = field(default_factory=dict)
     """Where the people of a chunk were seated in other positions, by its number; filled too."""
-    kept: dict[int, Shared[Body]] = field(default_factory=dict, init=False)
-    """The dressed bodies of a chunk by its number, filled where chunks are few. Others than
-    these bodies begin without any."""
+    kept: dict[tuple[int, int], Shared[Body]] = field(default_factory=dict, init=False)
+    """The dressed bodies of a chunk by its first and last row, filled where chunks are few. Others
+    than these bodies begin without any."""
 
     def __len__(self) -> int:
         return len(self.sex)
@@ -170,9 +170,11 @@ class PopulationBodies:
     def chunk(self, number: int) -> Shared[Body]:
         """Return the dressed bodies of a chunk. Those of few chunks are kept, and with them what is
         made of them: a changed design asks the same people again."""
-        found = self.kept.get(number) or Shared(self[self.chunks[number]])
+        rows = self.chunks[number]
+        key = (rows.start, rows.stop)
+        found = self.kept.get(key) or Shared(self[rows])
         if number < MOST_KEPT:
-            self.kept[number] = found
+            self.kept[key] = found
         return found
 
     def rows(self, people: slice | Ints) -> tuple[Ints, dict[str, Floats]]:
