@@ -16,7 +16,7 @@ import manifold3d
 import numpy as np
 import trimesh
 
-from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.candidates import FitBounds
 from workbench.body.fitting.decompose import decompose, fewest_spheres
 from workbench.body.fitting.fit_quality import fit_quality
 from workbench.body.fitting.problem import Joints
@@ -109,7 +109,7 @@ def main() -> None:
         f"whole adult, proved to 4 mm both ways: {q.spheres} spheres, mean {q.mean * 1e3:.2f} mm, IoU {q.iou:.3f}, "
         f"{q.seconds:.1f} CPU s"
     )
-    limits = Limits(0.002, 0.2, 0.004, 0.004)
+    limits = FitBounds(0.002, 0.2, 0.004, 0.004)
     for name in ("forearm", "hand"):
         fit = decompose(parts[name], outward=0.004, inward=0.004, **RADII)
         fewest = fewest_spheres(parts[name], limits, NO_JOINTS, Regions())

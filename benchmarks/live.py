@@ -30,7 +30,7 @@ from workbench.study.bench.edits import Edit, seated, shifted
 from workbench.study.bench.edits_joints import LimbTarget, reached, turned
 from workbench.study.bench.placing import Placement, people_here, placed_people, sight_verdicts
 from workbench.study.bench.state import OpenStudy, open_study
-from workbench.threads import cores
+from workbench.threads import available_cores
 
 ROUNDS = 40
 FOLLOWED = {
@@ -189,7 +189,7 @@ def measure_people(opened: OpenStudy) -> None:
             f"({first[1]:5.0f}); with searches {then[2]:5.0f} ({then[3]:5.0f}), first {first[2]:5.0f}"
         )
 
-    pool = ThreadPoolExecutor(cores())
+    pool = ThreadPoolExecutor(available_cores())
     sys.setswitchinterval(SWITCH)  # as the bench does
     os.environ["WORKBENCH_CACHE"] = "off"  # what is dragged first was never indexed
     for name, move in FOLLOWED.get(opened.study.environment.name, {}).items():

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import workbench as wb
-from workbench.body.people.draw import fit_population
+from workbench.body.people.sampling import fit_population
 from workbench.body.scaling.measure import MEASURES
 from workbench.files.ansur import read_ansur
 from workbench.model.arrays import Floats

@@ -24,7 +24,7 @@ from workbench.files.motions.markers import read_c3d
 from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.tables import angle_table_text, read_angle_table
 from workbench.model.arrays import Floats
-from workbench.model.posing import poses_at
+from workbench.model.joint_angles import poses_at
 from workbench.motion.recorded.markers import bridged, poses_from_markers
 from workbench.motion.signals import hic
 

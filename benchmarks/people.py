@@ -25,9 +25,9 @@ from workbench.model.accommodation import MET, MapTask
 from workbench.model.arrays import Floats
 from workbench.model.study import Study
 from workbench.study.accommodation.accommodation import population_question
-from workbench.study.accommodation.chunks import joined_chunks, result_chunks
-from workbench.study.accommodation.people_maps import people_maps
+from workbench.study.accommodation.checkpoints import joined_chunks, result_chunks
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
+from workbench.study.accommodation.reach_maps import people_maps
 from workbench.study.passes import MAP, Passes
 
 __all__ = [

@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 import workbench as wb
-from workbench.model.posing import compose
+from workbench.model.joint_angles import compose
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.stops import stops

@@ -20,7 +20,7 @@ from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.scene_builder import build_source, scene_of
 from workbench.draw.sphere_raster import painter_item_buffer, project_disks
 from workbench.draw.views import framed_views
-from workbench.model.posing import poses_at
+from workbench.model.joint_angles import poses_at
 
 IMAGES = Path(__file__).resolve().parent / "images"
 TIMES = np.array([0.0, 0.06, 0.085, 0.1])  # [s]; the head is deepest in the coaming at the last

@@ -13,7 +13,7 @@ from workbench.draw.films.film import every_pose, scene_at
 from workbench.draw.films.strip import strip_image
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.views import framed_views
-from workbench.model.posing import poses_at
+from workbench.model.joint_angles import poses_at
 from workbench.study.motions import load_motion
 
 DOCS = Path(__file__).resolve().parent

@@ -11,17 +11,17 @@ import numpy as np
 import workbench as wb
 from tests.conftest import ROOT, tracked
 from workbench import Result, draw_people
-from workbench.body.people.share import share_of
+from workbench.body.people.proportions import proportion_interval
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.accommodation import (
-    Gain,
+    DesignChange,
     GroupShare,
     MapTask,
     ReachMap,
     Requirement,
 )
 from workbench.model.criterion import TOO_SHORT, Criterion, Reason
-from workbench.model.result import PopulationFound, Shown, TriedChange
+from workbench.model.result import Illustration, PopulationFound, TriedChange
 from workbench.study.run import people_hash
 from workbench.study.workplaces import workplace_of
 
@@ -106,7 +106,9 @@ def groups_of(people, served, mixes, confidence, clear, sure=None):
     shares = []
     for name, mask in rows:
         if mask.any():
-            found = share_of(served[mask], weight=people.weight[mask], confidence=confidence)
+            found = proportion_interval(
+                served[mask], weight=people.weight[mask], confidence=confidence
+            )
             weight = people.weight[mask]
             ends = [float(weight @ some[mask] / weight.sum()) for some in sure or ()]
             count = int(mask.sum())
@@ -226,7 +228,7 @@ def shown_of(body, row, requirement, requirements):
     control = next((c for c in environment.controls if c.name == here.target), None)
     segment = body.segments.index("RHN")
     tip = tuple(float(v) for v in placed.world_from_segment[0, segment, :, 3])
-    return Shown(
+    return Illustration(
         row,
         requirement,
         "flying",
@@ -303,8 +305,10 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
     requirements.append(Requirement("pedals within the seat's travel", "seat", "pedals", "left"))
     columns.append(0.09 - np.abs(people.column("popliteal_height") - 0.42))
     gains = (
-        Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842),
-        Gain(
+        DesignChange(
+            "moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842
+        ),
+        DesignChange(
             "lengthening the seat's travel forward by 25 mm",
             "pedals within the seat's travel",
             0.025,

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from workbench.posture.reaching.chains import posed, tips_of
 from workbench.posture.reaching.heeding import as_posed
+from workbench.posture.reaching.reach_solver import joint_rotations, tips_of
 
 STEPS = 12
 AT = 2e-4
@@ -37,7 +37,7 @@ def arm_postures(body, poses, arm, target, count, rng):
         angles[:, columns[:, 0], columns[:, 1]] += np.clip(change, -0.4, 0.4)
         angles = np.where(turns, np.clip(angles, low, high), angles)
     there = np.linalg.norm(target - tips_of(task, angles)[:, :3], axis=1) < AT
-    rotations = posed(task, angles)[there]
+    rotations = joint_rotations(task, angles)[there]
     world = np.repeat(poses.world_from_reference, len(rotations), axis=0)
     every = wb.Poses(rotations, poses.reference, world)
     margin = wb.stops(body, every).margin[:, list(arm.free)].min(axis=1)

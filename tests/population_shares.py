@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import gammaln, stdtr, stdtrit
 
 from workbench import draw_people
-from workbench.body.people.draw import fit_population
+from workbench.body.people.sampling import fit_population
 from workbench.model.arrays import Bools, Floats
 from workbench.model.population import COCKPIT, SEXES, Population
 

@@ -17,7 +17,7 @@ from tests.judge_field import FEW, field_of
 from tests.judge_limb import Chain, Skin, state_of
 from tests.judge_search import MOST, POOL, Desk, Scene, search
 from tests.oracles import forward
-from workbench.model.posing import angles_of, compose
+from workbench.model.joint_angles import angles_of, compose
 from workbench.model.quaternions import matrices
 from workbench.model.stops import StopKind
 from workbench.model.surroundings import move_parts

@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 import workbench as wb
 from tests.conftest import SHARED, box_part, environment_of
 from tests.reach_truth import HANDS, Seats, seats_of, study_of
-from workbench.model.posing import angles_of, compose
+from workbench.model.joint_angles import angles_of, compose
 from workbench.model.surroundings import move_parts
 
 ASIDE = (1e-3, 5e-3, 20e-3)

@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from workbench import stops
-from workbench.model.posing import angles_of, compose
+from workbench.model.joint_angles import angles_of, compose
 
 STEP = 1e-6
 ROUNDS = 12

@@ -23,10 +23,10 @@ from tests.accommodations import (
     trainer_accommodation,
     trainer_people,
 )
-from workbench.body.people.share import percent, percent_number
+from workbench.body.people.proportions import percent, percent_number
 from workbench.draw.contours import kernel_regression, level_loops, median_spacing
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
-from workbench.model.accommodation import Gain, Requirement
+from workbench.model.accommodation import DesignChange, Requirement
 from workbench.model.criterion import NO_REASON, TOO_SHORT, Reason
 from workbench.model.units import UNITS
 from workbench.report.page import page
@@ -39,7 +39,7 @@ from workbench.report.population.charts import (
     whisker,
 )
 from workbench.report.population.rows import population_lines, population_rows
-from workbench.report.population.words import (
+from workbench.report.population.sentences import (
     gain_sentence,
     limiting_words,
     person_sentence,
@@ -109,7 +109,7 @@ def ten():
     people = trainer_people(10)
     flaps = np.array([-41, -20, -5, -1, 5, 10, 20, 30, 40, 50]) / 1000
     knee = np.array([-2, 1, 2, 3, -3, -12, 30, 40, 50, 60]) / 1000
-    gain = Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.6, 0.9, 0.4, 0.7)
+    gain = DesignChange("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.6, 0.9, 0.4, 0.7)
     return made(people, [FLAPS, KNEE], np.stack([flaps, knee], axis=1), gains=[gain], shown=True)
 
 
@@ -129,7 +129,7 @@ def test_the_terminal_says_once_that_no_single_requirement_lets_anybody_in():
 def test_it_is_said_what_a_longer_move_would_enter_and_what_is_not_proposed_for_that():
     into = "letting the seat go 80 mm lower would put pan 18 mm into floor"
     words = "letting the seat go 62 mm lower"
-    gain = Gain(words, "reach flaps", 0.062, 2.1, 0.6, 0.9, 0.4, 0.7, limit=into)
+    gain = DesignChange(words, "reach flaps", 0.062, 2.1, 0.6, 0.9, 0.4, 0.7, limit=into)
     found = made(trainer_people(10), [FLAPS], np.full((10, 1), -0.01), gains=[gain])
     found = replace(found, refused=("moving roof 9 mm up would put roof 9 mm into sky",))
     lines = population_lines(found)
@@ -222,16 +222,20 @@ def test_the_five_hardest_stand_worst_first_and_each_has_a_picture(ten):
     ("gain", "said"),
     [
         (
-            Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842),
+            DesignChange(
+                "moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842
+            ),
             "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 % and all requirements together from 81.3 to "
             "84.2 %.",
         ),
         (
-            Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.813),
+            DesignChange(
+                "moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.813
+            ),
             "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 % and leaves all requirements together at 81.3 %.",
         ),
         (
-            Gain("x", "y", 0.01, 0.0, 0.5, 0.5, 0.25, 0.25),
+            DesignChange("x", "y", 0.01, 0.0, 0.5, 0.5, 0.25, 0.25),
             "X leaves “y” at 50.0 % and leaves all requirements together at 25.0 %.",
         ),
     ],
@@ -438,7 +442,7 @@ def test_where_nobody_fits_the_headline_says_what_keeps_everybody_and_what_would
     flaps = -np.arange(11, 31) / 1000
     knee = np.repeat([-0.005, 0.02], [5, 15])
     people = trainer_people(20)
-    gain = Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.0, 1.0, 0.0, 0.75)
+    gain = DesignChange("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.0, 1.0, 0.0, 0.75)
     found = made(people, [FLAPS, KNEE], np.stack([flaps, knee], axis=1), gains=[gain])
     assert population_headline(found) == (
         "Nobody fits (95 % interval 0 to 16 %, 20 people). Nobody meets “reach flaps”: it is missed "

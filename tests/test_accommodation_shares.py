@@ -14,11 +14,10 @@ import workbench as wb
 from tests.conftest import SHARED, needs_real_input
 from tests.percentile_trap import inside_own_percentiles
 from workbench import draw_people
-from workbench.body.people.share import bootstrap_share, share_of
+from workbench.body.people.proportions import bootstrap_share, proportion_interval
 from workbench.model.accommodation import IntervalRule
 from workbench.model.population import Population
-from workbench.study.accommodation.hardest import hardest_rows
-from workbench.study.accommodation.limiting import limiting_measures, odd_people
+from workbench.study.accommodation.limiting_dimensions import limiting_measures, odd_people
 from workbench.study.accommodation.proposals import shortest
 from workbench.study.accommodation.shares import (
     group_shares,
@@ -28,6 +27,7 @@ from workbench.study.accommodation.shares import (
     share_without,
     spread_of,
 )
+from workbench.study.accommodation.worst_cases import hardest_rows
 
 ANSUR = sorted((SHARED / "anthropometry" / "ansur2").glob("*.csv"))
 
@@ -172,7 +172,7 @@ def test_a_bootstrap_is_the_same_for_the_same_seed_and_near_wilsons_for_many_peo
     served = np.arange(2000) % 10 < 8
     one = bootstrap_share(served, seed=5)
     two = bootstrap_share(served, seed=5)
-    wilson = share_of(served)
+    wilson = proportion_interval(served)
     assert one == two
     assert (one.low, one.high) == (
         pytest.approx(wilson.low, abs=2e-3),

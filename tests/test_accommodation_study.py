@@ -37,7 +37,7 @@ from workbench.report.population.rows import population_lines
 from workbench.study import executors
 from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import accommodation
-from workbench.study.accommodation.chunks import forget_chunks, joined_chunks, result_chunks
+from workbench.study.accommodation.checkpoints import forget_chunks, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import changed_question
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
 

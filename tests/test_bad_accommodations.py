@@ -16,11 +16,11 @@ from workbench import MissingPartError, load_study
 from workbench.cli import main
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
-from workbench.study.accommodation.accommodation import _hopeless
-from workbench.study.accommodation.limiting import odd_people
+from workbench.study.accommodation.accommodation import _unmet_requirements
+from workbench.study.accommodation.limiting_dimensions import odd_people
 from workbench.study.checks.margins import Asked
 from workbench.study.executors import dask_executor
-from workbench.study.warnings import buried_controls
+from workbench.study.warnings import controls_inside_solids
 
 CRITERIA = STUDY[STUDY.index("criteria:") :]
 MORE = "criteria:"
@@ -218,7 +218,7 @@ def test_a_control_inside_a_solid_is_told(tmp_path):
     place.write_text(ENVIRONMENT.replace("[KNOB, -180, 850]", "[200, 0, 250]"))
     assert (
         "control 'knob' is inside the solid part 'pan'"
-        in buried_controls(load_study(path).environment)[0]
+        in controls_inside_solids(load_study(path).environment)[0]
     )
 
 
@@ -323,14 +323,14 @@ def test_what_nobody_meets_and_what_contradicts_is_told():
     met[:20, 0] = True
     met[20:, 1] = True
     margin = np.where(met, 0.0, -0.04)
-    told = _hopeless(asked("low", "high", "never"), margin)
+    told = _unmet_requirements(asked("low", "high", "never"), margin)
     assert told[0].startswith("nobody meets 'never': it is missed by at least 40 mm: check")
     assert told[1] == (
         "nobody meets both 'low' and 'high' in the position of the seat found for them: the two may "
         "contradict each other"
     )
     assert (
-        _hopeless(asked("low", "high"), margin[:, :2][::2][:4]) != told
+        _unmet_requirements(asked("low", "high"), margin[:, :2][::2][:4]) != told
     )  # a few people contradict nothing
 
 

@@ -12,8 +12,8 @@ import workbench as wb
 from tests.conftest import ONE_ARM
 from tests.rows import changed
 from workbench.files.body.writer import body_text
-from workbench.model.blend import enclosing_spheres
 from workbench.model.quaternions import rotate
+from workbench.model.skinning import enclosing_spheres
 
 BLENDED = ONE_ARM.replace(
     "    spheres: [[0, 0, 100, 30], [20, 0, 0, 30], [20, 0, -100, 30]]",

@@ -12,7 +12,7 @@ import workbench as wb
 from tests.conftest import ONE_ARM
 from tests.one_arm_cab import POSTURES
 from workbench import InputError, UsageError
-from workbench.body.fitting.candidates import Limits, random_samples
+from workbench.body.fitting.candidates import FitBounds, random_samples
 from workbench.body.fitting.polish import union_field
 from workbench.cli import main
 from workbench.study.fit_body import bound_of, fit_body, placed_skeleton, read_surface
@@ -169,7 +169,7 @@ def test_outlines_give_a_body_of_one_segment(tmp_path, capsys):
 
 def test_the_bound_is_at_most_what_was_found():
     surface = read_of(trimesh.creation.capsule(0.3, 0.05, count=(24, 24)))
-    limits = Limits(0.002, 0.2, 0.004, 0.004)
+    limits = FitBounds(0.002, 0.2, 0.004, 0.004)
     fit = fit_body(surface, None, limits)
     fewest = bound_of(surface, None, limits)
     assert 0.7 * len(fit.fit.radius) <= fewest <= len(fit.fit.radius)

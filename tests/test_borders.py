@@ -8,7 +8,7 @@ import pytest
 import workbench as wb
 from tests import oracles
 from tests.conftest import environment_of
-from workbench.contact.fields import STRAIGHT, straightened
+from workbench.contact.distance_fields import STRAIGHT, straightened
 from workbench.files.meshes.parts import RawPart
 
 

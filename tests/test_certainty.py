@@ -24,11 +24,11 @@ from workbench.model.accommodation import OF_SURFACE, GroupShare, Requirement, c
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Allowance
 from workbench.report.population.rows import population_rows
-from workbench.report.population.words import certainty_words, population_headline
-from workbench.report.words import share_sentence
+from workbench.report.population.sentences import certainty_words, population_headline
+from workbench.report.sentences import share_sentence
 from workbench.study import executors
 from workbench.study.accommodation import population_bodies
-from workbench.study.accommodation.chunks import joined_chunks, result_chunks
+from workbench.study.accommodation.checkpoints import joined_chunks, result_chunks
 from workbench.study.checks.table import CHECKS, bounds_of, margins_of
 from workbench.study.people import present_people
 from workbench.study.positions import lattice

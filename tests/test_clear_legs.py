@@ -12,7 +12,7 @@ import workbench as wb
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.leg_oracle import SPARE, leg_overlap, legs_of_grid
 from workbench.posture.seating.clear_legs import clear_legs
-from workbench.report.words import finding_sentence
+from workbench.report.sentences import finding_sentence
 
 ENVIRONMENT = """
 environment: knees

@@ -368,7 +368,7 @@ def test_render_leaves_nothing_where_it_cannot_write(capsys, cab, tmp_path):
 
 
 def test_doctor_names_every_part(capsys, monkeypatch):
-    monkeypatch.setattr("workbench.report.doctor._off_screen", lambda: "not tried")
+    monkeypatch.setattr("workbench.report.diagnostics._off_screen", lambda: "not tried")
     assert "numba: " in answer(capsys, "doctor")[1]
     assert {"python", "numpy", "pyvista", "cascadio"} <= json.loads(
         answer(capsys, "doctor", "--json")[1]

@@ -14,7 +14,7 @@ from tests.conftest import box_part, environment_of
 from workbench import body_clearance
 from workbench.contact.collide import _faces, nearest, self_clearance
 from workbench.files.meshes.parts import RawPart
-from workbench.geometry.polygon import point_polygon, point_winding
+from workbench.geometry.polygon import point_polygon, winding_number
 
 
 def at(body, *position, angles=None):
@@ -267,7 +267,7 @@ def test_winding_number_is_one_inside_the_box_and_zero_outside(point):
     from_faces = min(abs(c) for c in point) > 1e-6 and min(abs(1 - c) for c in point) > 1e-6
     if from_faces:
         inside = all(0 < c < 1 for c in point)
-        assert point_winding(*point, triangles, 0, len(triangles)) == pytest.approx(
+        assert winding_number(*point, triangles, 0, len(triangles)) == pytest.approx(
             float(inside), abs=1e-9
         )
 

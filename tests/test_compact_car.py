@@ -14,7 +14,7 @@ from tests.conftest import ROOT
 from tests.pedal_plane import heel_from_ball, pedal_plane_angle
 from workbench import eyellipse, seat_curve
 from workbench.posture.seating.seating import seat_planes
-from workbench.study.warnings import buried_controls
+from workbench.study.warnings import controls_inside_solids
 
 FOLDER = ROOT / "environments" / "compact_car"
 SCRIPTS = ROOT / "tools" / "environments" / "compact_car"
@@ -50,7 +50,7 @@ def test_the_car_is_made_by_its_script_to_the_byte(tmp_path):
 def test_all_parts_are_closed_solids_and_no_control_is_inside_another_part(car):
     assert len(car.parts) >= 60 and len(car.controls) >= 25
     assert car.solid.all() and not car.warnings
-    assert buried_controls(car) == []
+    assert controls_inside_solids(car) == []
 
 
 def test_the_points_are_those_of_the_dimensions(at):

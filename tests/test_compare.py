@@ -19,7 +19,7 @@ from tests.accommodations import made, result_of, shown_of, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
 from workbench import InputError, compare
-from workbench.body.people.share import paired_share, share_of
+from workbench.body.people.proportions import paired_share, proportion_interval
 from workbench.cli import main
 from workbench.draw.web.packing import Packing
 from workbench.model.comparison import Judged
@@ -33,7 +33,7 @@ from workbench.report.comparison.page import (
     write_comparison,
 )
 from workbench.report.folder import write_report
-from workbench.study.accommodation.compare import judged
+from workbench.study.accommodation.compare import evaluate_people
 
 
 def paired(both, gained, lost, neither, **options):
@@ -95,8 +95,8 @@ def test_turning_before_and_after_round_turns_the_interval_round(counts):
 def test_weights_count_in_shares_and_sum_up(rows):
     was, now, weight = (np.array(column) for column in zip(*rows, strict=True))
     found = paired_share(was, now, weight=weight)
-    assert found.before == pytest.approx(share_of(was, weight=weight).share)
-    assert found.after == pytest.approx(share_of(now, weight=weight).share)
+    assert found.before == pytest.approx(proportion_interval(was, weight=weight).share)
+    assert found.after == pytest.approx(proportion_interval(now, weight=weight).share)
     assert found.both + found.gained + found.lost + found.neither == pytest.approx(1)
     assert found.gainers == int((~was & now).sum())
 
@@ -275,7 +275,7 @@ def people_of(judgement, **changes):
     ],
 )
 def test_different_people_are_told_with_the_first_difference(before, change, told):
-    one = judged(before)
+    one = evaluate_people(before)
     with pytest.raises(InputError, match=told):
         compare(one, change(one))
 

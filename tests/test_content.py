@@ -20,7 +20,7 @@ from workbench.model.content import content_key, program_hash
 from workbench.model.stops import StopKind
 from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import population_question
-from workbench.study.accommodation.chunks import result_chunks
+from workbench.study.accommodation.checkpoints import result_chunks
 from workbench.study.accommodation.population_bodies import FittedChunk
 from workbench.study.situation import seating_of
 

@@ -15,11 +15,11 @@ from workbench import InputError, Poses, load_body, place
 from workbench.cli import main
 from workbench.draw.web.motion_view import motion_view
 from workbench.files.motions.tables import angle_table_text
+from workbench.model.joint_angles import compose, motion_of
 from workbench.model.motion import SegmentTrack
-from workbench.model.posing import compose, motion_of
 from workbench.motion.recorded.retarget import poses_from_track
-from workbench.report.motions.movement import movement_sentences
-from workbench.report.motions.turning import Turning
+from workbench.report.motions.movement_summary import movement_sentences
+from workbench.report.motions.turning_points import Turning
 from workbench.report.page import page as report_page
 from workbench.report.result_rows import result_file
 

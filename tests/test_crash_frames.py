@@ -14,7 +14,7 @@ from workbench import episodes, load_study
 from workbench.contact import batches
 from workbench.contact.collide import allowed_depth, allowed_groups, nearest
 from workbench.files.motions.tables import angle_table_text
-from workbench.model.posing import poses_at
+from workbench.model.joint_angles import poses_at
 from workbench.study.crash.crash import environment_meetings
 from workbench.study.crash.frames import force_curves, frames_of, ruled_pairs
 from workbench.study.motion_cases import motion_cases
@@ -112,7 +112,7 @@ def test_meetings_are_those_of_the_whole_environment(study):
 
 def test_a_crash_makes_one_index_of_as_many_groups_as_there_are_allowances(study, monkeypatch):
     asked = []
-    made = batches.field_of
+    made = batches.build_distance_field
 
     def counted(environment, groups, **options):
         asked.append(groups)

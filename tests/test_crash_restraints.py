@@ -15,7 +15,7 @@ from tests.test_crash import BODY, standing
 from workbench import Poses, load_study, place
 from workbench.cli import main
 from workbench.files.motions.tables import angle_table_text
-from workbench.report.motions.words import pulse_words
+from workbench.report.motions.sentences import pulse_words
 from workbench.study.crash.belts import with_belts
 from workbench.study.crash.crash import motion_found
 from workbench.study.motion_cases import motion_cases

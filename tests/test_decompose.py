@@ -8,12 +8,12 @@ import trimesh
 
 from tests.conftest import SHARED, needs_real_input
 from workbench import Bones, InputError, UsageError, decompose, fit_segments, sealed
-from workbench.body.fitting.candidates import Limits, even_samples, inner_balls, random_samples
+from workbench.body.fitting.candidates import FitBounds, even_samples, inner_balls, random_samples
 from workbench.body.fitting.fit_quality import exposed_points, fit_quality
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.regions import Regions
-from workbench.body.kernels.scanlines import shared_volume
 from workbench.body.kernels.setcover import greedy_cover, prune_cover
+from workbench.body.kernels.volume_integration import shared_volume
 from workbench.files.meshes.reading import read_mesh
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"
@@ -182,7 +182,7 @@ def test_the_same_seed_gives_the_same_spheres_and_another_others(torus):
 
 def test_the_last_digits_of_a_surface_move_no_centre_that_spheres_are_chosen_from(torus):
     noise = 1e-16 * np.random.default_rng(3).standard_normal(torus.vertices.shape)
-    limits = Limits(0.003, 0.1, 0.004, 0.004)
+    limits = FitBounds(0.003, 0.1, 0.004, 0.004)
     one, other = (
         inner_balls(
             surface,

@@ -14,8 +14,8 @@ from tests.rows import changed
 from tests.test_study import criterion, only, study
 from workbench.model.criterion import Criterion
 from workbench.report.result_rows import verdict_row
+from workbench.report.sentences import verdict_sentence
 from workbench.report.tables import verdict_tables
-from workbench.report.words import verdict_sentence
 
 # the thumb tip stands 455 mm from the wall
 SEGMENTS = ("BASE", "UPPER", "LOWER", "HAND")

@@ -17,13 +17,13 @@ from workbench import InputError, Poses, place, stops
 from workbench.cli import main
 from workbench.contact.batches import touching
 from workbench.crash.contacts import ContactMemory, contact_forces
-from workbench.crash.masses import composite_bodies, segment_inertia, segment_masses
+from workbench.crash.mass_properties import composite_bodies, segment_inertia, segment_masses
 from workbench.crash.simulated import STOP_SOFTNESS, simulate
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.motions.tables import read_angle_table
-from workbench.model.posing import compose
+from workbench.model.joint_angles import compose
 from workbench.model.simulation import gained
-from workbench.posture.kernels.past_stops import past_stops
+from workbench.posture.kernels.limit_violation import past_stops
 from workbench.posture.stops import packed_stops
 from workbench.study.motion_cases import prepared
 

@@ -14,7 +14,7 @@ from tests.conftest import SHARED, real_input
 from workbench import InputError, UsageError, environment_from_mesh, load_environment
 from workbench.cli import main
 from workbench.files.environments import environment_files
-from workbench.files.inspection import inspect_environment, inspect_mesh
+from workbench.files.mesh_report import inspect_environment, inspect_mesh
 from workbench.files.meshes.mesh_validation import validate_part
 from workbench.files.meshes.parts import RawPart
 from workbench.model.surroundings import move_parts

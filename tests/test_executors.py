@@ -21,7 +21,7 @@ from workbench.study import executors
 from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import accommodation
 from workbench.study.executors import Shared, completed
-from workbench.threads import cores
+from workbench.threads import available_cores
 
 BOTH = multiprocessing.Barrier(2)
 HERE = []
@@ -49,7 +49,7 @@ def squared_by_both(number):
 
 
 def number_of_cores(number):
-    return cores()
+    return available_cores()
 
 
 def refused(number):
@@ -88,12 +88,12 @@ def test_a_process_works_with_one_thread():
 
 def test_the_environment_says_how_many_cores_may_be_used(monkeypatch):
     monkeypatch.setenv("WORKBENCH_THREADS", "1")
-    assert cores() == 1
+    assert available_cores() == 1
     monkeypatch.setenv("WORKBENCH_THREADS", "many")
     with pytest.raises(
         wb.UsageError, match="WORKBENCH_THREADS is a number of cores, 1 or more, got 'many'"
     ):
-        cores()
+        available_cores()
 
 
 def test_jobs_are_drawn_shortly_before_their_turn():

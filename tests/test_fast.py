@@ -16,18 +16,18 @@ from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.test_blend import random_blend
 from workbench import collides
 from workbench.contact import collide
-from workbench.contact.batches import clearance_by_part, crowd_of, grouped_clearance
+from workbench.contact.batches import build_clusters, clearance_by_part, grouped_clearance
 from workbench.contact.collide import _plain, allowed_depth, clearance_of_groups, nearest
-from workbench.contact.fields import field_of, packed_faces, packed_shells
-from workbench.contact.kernels.field import square_bound
-from workbench.contact.kernels.groups import cluster_hub
-from workbench.contact.kernels.inside import inside_part
+from workbench.contact.distance_fields import build_distance_field, packed_faces, packed_shells
+from workbench.contact.kernels.clearance_groups import cluster_hub
+from workbench.contact.kernels.distance_field import square_bound
+from workbench.contact.kernels.point_in_solid import inside_part
 from workbench.contact.kernels.search import nearest_in, record_gap, tied
-from workbench.contact.kernels.wide import DEEP, EIGHT
+from workbench.contact.kernels.wide_bvh import DEEP, EIGHT
 from workbench.files.meshes.parts import RawPart
-from workbench.geometry.polygon import point_polygon, point_winding
+from workbench.geometry.polygon import point_polygon, winding_number
 from workbench.model.environment import Allowance
-from workbench.threads import in_pieces
+from workbench.threads import run_in_threads
 
 
 def soup(seed, count=12):
@@ -284,16 +284,16 @@ def test_pieces_are_each_done_once_and_a_failure_is_told():
     def work(begin, end):
         done[begin:end] += 1
 
-    in_pieces(work, 100, 7, threads=3)
+    run_in_threads(work, 100, 7, threads=3)
     assert (done == 1).all()
     with pytest.raises(ZeroDivisionError):
-        in_pieces(lambda begin, end: 1 // 0, 10, 2, threads=2)
+        run_in_threads(lambda begin, end: 1 // 0, 10, 2, threads=2)
 
 
 @pytest.mark.parametrize("kind", ZOO)
 def test_the_grid_bound_is_never_more_than_the_distance(kind):
     environment = ZOO[kind](8)
-    field = field_of(environment, (tuple(range(len(environment.parts))),))
+    field = build_distance_field(environment, (tuple(range(len(environment.parts))),))
     faces = packed_faces(environment)
     for x in np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3)):
         low, _ = square_bound(*x, field, 0)
@@ -304,7 +304,7 @@ def test_the_grid_bound_is_never_more_than_the_distance(kind):
 @pytest.mark.parametrize("kind", ZOO)
 def test_records_hold_the_same_polygons(kind):
     environment = ZOO[kind](6)
-    field = field_of(environment, (tuple(range(len(environment.parts))),))
+    field = build_distance_field(environment, (tuple(range(len(environment.parts))),))
     faces = packed_faces(environment)
     for x in np.random.default_rng(2).uniform(-1, 1, (50, 3)):
         for f in range(len(environment.normal)):
@@ -336,7 +336,7 @@ def test_rays_tell_inside_as_the_winding_number_does(kind):
         span = (faces.corner_start[k], faces.corner_start[k + 1])
         for x in points:
             assert inside_part(*x, faces, shells, k, stack) == (
-                abs(point_winding(*x, faces.corners, *span)) > 0.5
+                abs(winding_number(*x, faces.corners, *span)) > 0.5
             )
 
 
@@ -344,7 +344,7 @@ def test_rays_tell_inside_as_the_winding_number_does(kind):
 def test_the_nearest_polygon_is_the_first_of_those_as_near_wherever_the_search_begins(kind):
     environment = ZOO[kind](5)
     environment = moved(environment, [1e4, 0, -1e4]) if kind == "needles" else environment
-    field = field_of(environment, (tuple(range(len(environment.parts))),))
+    field = build_distance_field(environment, (tuple(range(len(environment.parts))),))
     faces = packed_faces(environment)
     stack = np.empty(DEEP, dtype=np.int64)
     gaps = np.empty(DEEP + EIGHT, dtype=np.float32)
@@ -364,7 +364,7 @@ def test_the_nearest_polygon_is_the_first_of_those_as_near_wherever_the_search_b
 def test_clusters_hold_their_spheres_however_the_joints_turn(one_arm, random_arm, seed):
     body = random_blend(one_arm, seed)
     placed = wb.place(body, random_arm(20, seed, spread=3.0))
-    crowd = crowd_of(placed)
+    crowd = build_clusters(placed)
     assert sorted(crowd.member.tolist()) == list(range(len(body.sphere_names)))
     for n in range(len(body.segments)):
         for c in range(crowd.start[n], crowd.start[n + 1]):

@@ -32,7 +32,7 @@ from workbench.draw.render import camera_for_all_poses
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.scene_builder import build_source
 from workbench.draw.visibility import cut_depth, projected_disks
-from workbench.model.posing import poses_at
+from workbench.model.joint_angles import poses_at
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from workbench.cli import main
 from workbench.model.accommodation import Change, met_of
 from workbench.model.surroundings import Move
 from workbench.study import positions
-from workbench.study.accommodation.chunks import joined_chunks, result_chunks
+from workbench.study.accommodation.checkpoints import joined_chunks, result_chunks
 from workbench.study.accommodation.gains import changed_question
 from workbench.study.checks.table import margins_of
 from workbench.study.positions import (

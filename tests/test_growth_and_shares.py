@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from workbench import InputError, load_population_model
-from workbench.body.people.growth import growth_people, growth_percentile, growth_values
-from workbench.body.people.share import share_of
+from workbench.body.people.growth_charts import growth_people, growth_percentile, growth_values
+from workbench.body.people.proportions import proportion_interval
 from workbench.cli import main
 from workbench.files.populations import load_growth
 from workbench.model.population import MEASURES, SEXES
@@ -61,24 +61,24 @@ def test_growth_outside_the_charts_is_refused(p, age):
 @given(st.integers(1, 400), st.floats(0, 1), st.sampled_from([0.9, 0.95, 0.99]))
 def test_confidence_intervals_are_those_of_scipy(people, part, confidence):
     inside = round(part * people)
-    told = share_of(np.arange(people) < inside, confidence=confidence)
+    told = proportion_interval(np.arange(people) < inside, confidence=confidence)
     want = binomtest(inside, people).proportion_ci(confidence, method="wilson")
     assert (told.low, told.high) == pytest.approx((want.low, want.high), abs=1e-9)
 
 
 def test_equal_weights_change_nothing_and_one_heavy_person_widens_the_interval():
     served = np.arange(100) < 72
-    plain = share_of(served)
+    plain = proportion_interval(served)
     assert str(plain) == "72 % of 100 people (95 % confidence: 63 to 80 %)"
-    assert share_of(served, weight=np.full(100, 3.0)) == plain
-    heavy = share_of(served, weight=np.where(np.arange(100) == 0, 50.0, 1.0))
+    assert proportion_interval(served, weight=np.full(100, 3.0)) == plain
+    heavy = proportion_interval(served, weight=np.where(np.arange(100) == 0, 50.0, 1.0))
     assert heavy.high - heavy.low > plain.high - plain.low
 
 
 @pytest.mark.parametrize("wrong", [{"confidence": 1.0}, {"weight": [1.0]}, {"weight": [1, 0]}])
 def test_senseless_shares_are_refused(wrong):
     with pytest.raises(InputError):
-        share_of(np.array([True, False]), **wrong)
+        proportion_interval(np.array([True, False]), **wrong)
 
 
 @pytest.mark.parametrize(

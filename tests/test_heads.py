@@ -8,8 +8,8 @@ import pytest
 
 from tests.lanes_compiled import node_bounds
 from tests.test_fast import ZOO, moved
-from workbench.contact.fields import field_of, packed_faces
-from workbench.contact.kernels.wide import DEEP, EIGHT
+from workbench.contact.distance_fields import build_distance_field, packed_faces
+from workbench.contact.kernels.wide_bvh import DEEP, EIGHT
 from workbench.geometry.polygon import point_polygon
 
 
@@ -24,7 +24,7 @@ def below(trees, c):
 @pytest.mark.parametrize("far", [0.0, 1e4])
 def test_no_bound_of_a_box_or_head_is_more_than_the_distance(kind, far):
     environment = moved(ZOO[kind](4), [far, -far, far])
-    trees = field_of(environment, (tuple(range(len(environment.parts))),)).trees
+    trees = build_distance_field(environment, (tuple(range(len(environment.parts))),)).trees
     faces = packed_faces(environment)
     gaps = np.zeros(DEEP + EIGHT, dtype=np.float32)
     middle = environment.bounds.mean(axis=0)
@@ -52,7 +52,7 @@ def test_the_head_of_a_slanting_square_is_flat_where_its_box_is_thick():
 
     corners = np.array([[0, 0, 0], [1, 0, 1], [1, 1, 1.0001], [0, 1, 0]])
     environment = environment_of(RawPart("square", corners, np.array([[0, 1, 2], [0, 2, 3]])))
-    trees = field_of(environment, ((0,),)).trees
+    trees = build_distance_field(environment, ((0,),)).trees
     gaps = np.zeros(DEEP + EIGHT, dtype=np.float32)
     x = np.array([0.5, 0.5, 0.5]) + np.array([-1, 0, 1]) / np.sqrt(2)
     node_bounds(x, trees.box, trees.head, trees.root[0], 2, np.inf, gaps)

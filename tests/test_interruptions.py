@@ -26,7 +26,7 @@ def failing(monkeypatch, error):
     def fail():
         raise error
 
-    monkeypatch.setattr("workbench.report.doctor.doctor_report", fail)
+    monkeypatch.setattr("workbench.report.diagnostics.doctor_report", fail)
     return main(["doctor"])
 
 

@@ -16,7 +16,7 @@ from workbench.model.criterion import TOO_SHORT, Criterion, Reason
 from workbench.model.environment import Control, OwnPiece
 from workbench.model.result import ControlReach
 from workbench.model.units import UNITS
-from workbench.report.population.words import spare_words
+from workbench.report.population.sentences import spare_words
 from workbench.study.kept_reaches import kept_by_parts, kept_of_people, kept_words
 
 REASONS = (Reason("part", "stalk"), Reason("part", "wall"), TOO_SHORT)

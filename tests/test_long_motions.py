@@ -18,9 +18,9 @@ from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.tables import angle_table_text
 from workbench.model import arrays
 from workbench.model import poses as model_poses
-from workbench.model.arrays import frozen
-from workbench.model.posing import motion_of
-from workbench.report.motions import movement
+from workbench.model.arrays import read_only
+from workbench.model.joint_angles import motion_of
+from workbench.report.motions import movement_summary
 from workbench.report.motions import rows as motion_rows
 from workbench.report.motions.rows import motion_tables
 from workbench.report.result_rows import result_file
@@ -30,7 +30,7 @@ from workbench.study.motions import load_motion
 
 __all__ = ["drop"]
 
-CUT = [bvh, opensim, tables, model_poses, movement, crash, motion_rows, frames, motions]
+CUT = [bvh, opensim, tables, model_poses, movement_summary, crash, motion_rows, frames, motions]
 
 
 def bouncing(frames=700):
@@ -102,7 +102,7 @@ def test_a_motion_read_in_pieces_has_the_bits_of_the_whole(tmp_path, ending, sma
     )
     whole, notes = load_motion(BODY, path, options=options)
     table = "".join(angle_table_text(BODY, whole))
-    sentences = movement.movement_sentences(BODY, whole)
+    sentences = movement_summary.movement_sentences(BODY, whole)
     for size in (1, 64):
         small_pieces(size)
         found, said = load_motion(BODY, path, options=options)
@@ -111,20 +111,20 @@ def test_a_motion_read_in_pieces_has_the_bits_of_the_whole(tmp_path, ending, sma
         assert np.array_equal(found.rotations, whole.rotations)
         assert np.array_equal(found.world_from_reference, whole.world_from_reference)
         assert "".join(angle_table_text(BODY, found)) == table
-        assert movement.movement_sentences(BODY, found) == sentences
+        assert movement_summary.movement_sentences(BODY, found) == sentences
 
 
 def test_rows_beyond_the_memory_allowed_are_in_a_file_and_stay_what_they_are(monkeypatch):
     monkeypatch.setattr(arrays, "IN_MEMORY", 100)
     rows = np.arange(60.0).reshape(20, 3)
-    kept = arrays.Spool(3)
+    kept = arrays.GrowingArray(3)
     for first in range(0, 20, 6):
         kept.add(rows[first : first + 6])
     done = kept.done()
     assert np.array_equal(done, rows)
     assert not done.flags.writeable and not done.flags.owndata
-    assert frozen(done, np.float64, (20, 3), "rows") is done
-    assert arrays.Spool(2).done().shape == (0, 2)
+    assert read_only(done, np.float64, (20, 3), "rows") is done
+    assert arrays.GrowingArray(2).done().shape == (0, 2)
 
 
 LONG = """

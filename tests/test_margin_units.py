@@ -13,7 +13,7 @@ from tests.toy_cockpit import STUDY, write_toy
 from workbench import load_study
 from workbench.model.units import UNITS
 from workbench.report.folder import write_report
-from workbench.report.population.words import spare_words
+from workbench.report.population.sentences import spare_words
 
 ASKED = """
   - {name: joints, check: stops, segments: [LUA, LLA], at_least: AT_LEAST}

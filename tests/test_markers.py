@@ -12,11 +12,11 @@ from workbench import InputError, Poses, UsageError, load_body, place, stops
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
 from workbench.files.names import unique_names
+from workbench.model.joint_angles import angles_of, compose, motion_of
 from workbench.model.motion import Markers
-from workbench.model.posing import angles_of, compose, motion_of
 from workbench.motion.recorded.marker_names import marker_site
 from workbench.motion.recorded.markers import bridged, poses_from_markers
-from workbench.motion.recorded.subject import marker_places
+from workbench.motion.recorded.subject_scaling import marker_places
 from workbench.study.motions import load_motion
 
 BODY = load_body("bubbleman")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.mirror_images import asymmetry
 from workbench.body.wear import wear
-from workbench.files.body.encumbrances import worn
+from workbench.files.body.encumbrances import load_encumbrances
 
 EXACT = 1e-9
 """What a symmetric body may be off its mirror image by [m] or [kg]."""
@@ -47,7 +47,7 @@ def test_a_small_woman_does_not_limp():
 )
 def test_scaled_dressed_and_seated_a_symmetric_body_is_symmetric(stature, share, more, clothes):
     sized = wb.scale(bubbleman(), {"stature": stature, "sitting_height": share * stature, **more})
-    dressed = wear(sized, worn(clothes, sized)) if clothes else sized
+    dressed = wear(sized, load_encumbrances(clothes, sized)) if clothes else sized
     for body in (sized, dressed, wb.seated(dressed)):
         assert asymmetry(body) < EXACT
 

@@ -12,7 +12,7 @@ from tests.made_studies import found_of
 from tests.toy_cockpit import write_toy
 from workbench import InputError
 from workbench.report.joint_angles import angle_rows
-from workbench.report.words import person_words
+from workbench.report.sentences import person_words
 
 ROLE = "{body: adult_male, detail: coarse, seat: pilot, population: {people: PEOPLE, seed: 3}}"
 ALONE = "{body: adult_male, seat: pilot, without: [LLL, LF]}"

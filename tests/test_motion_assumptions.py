@@ -17,7 +17,7 @@ from workbench.cli import main
 from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.markers import read_trc
 from workbench.files.motions.opensim import coordinate_poses
-from workbench.model.posing import angles_of, compose
+from workbench.model.joint_angles import angles_of, compose
 from workbench.model.quaternions import conjugate, exponential, multiply, rotate, shortest
 from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.retarget import retarget

@@ -21,7 +21,7 @@ from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.files.motions.tables import angle_table_text, read_angle_table, table_kind
-from workbench.model.posing import ContinuousAngles, angles_of, compose
+from workbench.model.joint_angles import ContinuousAngles, angles_of, compose
 from workbench.model.quaternions import matrices
 from workbench.motion.recorded.retarget import retarget
 from workbench.motion.recorded.skeleton import bone_positions

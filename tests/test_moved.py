@@ -11,7 +11,7 @@ import workbench as wb
 from tests.conftest import ROOT
 from workbench.errors import InputError
 from workbench.model.surroundings import Move, displaced, move_parts, parts_along
-from workbench.report.words import moved_line
+from workbench.report.sentences import moved_line
 
 TEXT = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
 LINE = "environment: trainer\n"

@@ -21,7 +21,7 @@ from tests.toy_cockpit import STUDY, write_toy
 from workbench.cli import main
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Kind, Reason
-from workbench.report.population.words import person_sentence
+from workbench.report.population.sentences import person_sentence
 
 FLAPS = Requirement("reach flaps", "engine and cabin", "reach", "flaps", 2)
 STRANGE = {

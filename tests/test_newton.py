@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench import limb
+from workbench.posture.kernels.chain_kinematics import forward_kinematics, new_state
 from workbench.posture.kernels.cholesky import LEAST_PIVOT, factorise, substitute
-from workbench.posture.kernels.limits import Planes, rooms
-from workbench.posture.kernels.linkage import move, new_state
-from workbench.posture.kernels.newton import HOLD, INSIDE, equations, new_work
+from workbench.posture.kernels.inequality_constraints import ContactPlanes, constraint_slacks
+from workbench.posture.kernels.newton_step import HOLD, INSIDE, new_work, normal_equations
 from workbench.posture.reaching.packing import packed_links
 
 STEP = 1e-4
-PLANE = Planes(
+PLANE = ContactPlanes(
     np.array([3]), np.array([[0.01, 0.02, -0.2]]), np.array([[0.6, 0.0, 0.8]]), np.array([0.1])
 )
 GOAL = np.array([[0.5, 0.1, 0.2, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.2, 0.2, 0.2]])
@@ -39,8 +39,8 @@ class Arm:
 
     def at(self, angles):
         self.state.angles[self.link.free_joint, self.link.free_axis] = angles
-        move(self.link, 0, self.base, 0, self.state)
-        rooms(self.link, PLANE, (0, 1), self.state)
+        forward_kinematics(self.link, 0, self.base, 0, self.state)
+        constraint_slacks(self.link, PLANE, (0, 1), self.state)
         return self.state
 
     def second(self, value):
@@ -59,7 +59,7 @@ class Arm:
 
     def matrix(self):
         """The matrix of the equations, whole."""
-        equations(self.link, GOAL, 0, self.state, self.work, 0.0, 0.0, True)
+        normal_equations(self.link, GOAL, 0, self.state, self.work, 0.0, 0.0, True)
         lower = np.tril(self.work.matrix)
         return lower + np.tril(lower, -1).T
 

@@ -25,7 +25,7 @@ from tests.one_arm_cab import write_cab
 from workbench import InputError
 from workbench.cli import main
 from workbench.files import output_folder
-from workbench.files.opening import note_input, noted_inputs
+from workbench.files.file_errors import note_input, noted_inputs
 from workbench.files.output_file import check_file, staged, write_file
 from workbench.files.output_folder import MANIFEST, check_folder, write_folder
 

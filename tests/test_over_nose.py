@@ -13,7 +13,7 @@ import workbench as wb
 from tests.crowds import crowd_of
 from tests.toy_cockpit import STUDY, write_toy
 from workbench import load_study
-from workbench.report.words import finding_words
+from workbench.report.sentences import finding_words
 
 PEOPLE = 8
 HEAD = STUDY.split("criteria:")[0] + "criteria:\n"

@@ -21,7 +21,11 @@ from workbench import (
     load_population_model,
     read_ansur,
 )
-from workbench.body.people.conditional import condition, improbability, scores_of
+from workbench.body.people.conditional import (
+    conditional_distribution,
+    mahalanobis_distance,
+    scores_of,
+)
 from workbench.body.people.percentile import percentile_people, percentile_values
 from workbench.files.populations import load_growth
 from workbench.model.population import COCKPIT, MEASURES, SEXES, Population
@@ -198,7 +202,7 @@ def test_boundary_cases_of_nonsense_are_refused():
 def test_the_conditional_mean_given_everything_is_itself(sex, seed):
     person = draw_people(ANSUR2, 1, seed=seed, men=float(sex == "male"))
     whole = dict(zip(person.names, person.measures.T, strict=True))
-    told = condition(scores_of(ANSUR2, sex), whole)
+    told = conditional_distribution(scores_of(ANSUR2, sex), whole)
     assert np.array_equal(told.values, person.measures)
     assert np.all(told.covariance == 0) and np.abs(told.spread).max() < 1e-12
 
@@ -206,7 +210,7 @@ def test_the_conditional_mean_given_everything_is_itself(sex, seed):
 @given(sexes, st.lists(measures, max_size=10, unique=True), st.floats(1, 99))
 def test_a_conditional_covariance_is_symmetric_and_positive_semidefinite(sex, chosen, p):
     row = percentile_values(ANSUR2, sex, p)[0]
-    told = condition(
+    told = conditional_distribution(
         scores_of(ANSUR2, sex), {name: row[ANSUR2.names.index(name)] for name in chosen}
     )
     assert np.array_equal(told.covariance, told.covariance.T)
@@ -215,14 +219,14 @@ def test_a_conditional_covariance_is_symmetric_and_positive_semidefinite(sex, ch
 
 
 def test_given_nothing_everybody_is_at_the_median():
-    told = condition(scores_of(ANSUR2, "female"), {})
+    told = conditional_distribution(scores_of(ANSUR2, "female"), {})
     assert told.values == pytest.approx(percentile_values(ANSUR2, "female", 50))
 
 
 def test_a_conditional_mean_of_real_people_is_the_surveys_regression(raw):
     """Buttock-knee length = 161.4 + .4839 stature - .5016 sitting height + .7876 kg, residual 11.4
     mm."""
-    told = condition(
+    told = conditional_distribution(
         scores_of(raw, "male"), {"stature": [1.8, 1.7], "sitting_height": 0.92, "mass": 90}
     )
     knee = raw.names.index("buttock_knee_length")
@@ -233,13 +237,13 @@ def test_a_conditional_mean_of_real_people_is_the_surveys_regression(raw):
 
 def test_a_contradiction_is_named_by_its_measure():
     mix = {"stature": 1.755, "eye_height_sitting": 0.804, "sitting_height": 0.804}
-    told = improbability(scores_of(ANSUR2, "male"), mix)
+    told = mahalanobis_distance(scores_of(ANSUR2, "male"), mix)
     assert told.worst()[0] == "sitting_height" and told.worst()[1] < -9
     assert abs(told.z[0]).argmax() == 2 and told.rarer[0] < 1e-9
 
 
 def test_improbability_of_one_measure_is_its_score():
-    told = improbability(
+    told = mahalanobis_distance(
         scores_of(ANSUR2, "male"), {"stature": percentile_values(ANSUR2, "male", [50, 95])[:, 0]}
     )
     assert told.z[:, 0] == pytest.approx([0, 1.644854], abs=1e-6)
@@ -252,4 +256,4 @@ def test_improbability_of_one_measure_is_its_score():
 )
 def test_given_measures_that_make_no_sense_are_refused(wrong):
     with pytest.raises(InputError):
-        condition(scores_of(ANSUR2, "male"), wrong)
+        conditional_distribution(scores_of(ANSUR2, "male"), wrong)

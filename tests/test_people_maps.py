@@ -16,8 +16,8 @@ from workbench.model.accommodation import MapTask
 from workbench.sight.eyes import eyes_of
 from workbench.sight.obscuration import Target, seen_shares
 from workbench.sight.scenery import scenery_of
-from workbench.study.accommodation.chunks import taken_places
-from workbench.study.accommodation.people_maps import people_maps
+from workbench.study.accommodation.checkpoints import taken_places
+from workbench.study.accommodation.reach_maps import people_maps
 from workbench.study.passes import Passes
 from workbench.study.situation import Occupants, in_place
 

@@ -13,7 +13,7 @@ from tests.accommodations import ACCOMMODATIONS
 from tests.crowds import crowd_of
 from tests.rows import changed
 from tests.toy_cockpit import write_toy
-from workbench.body.people.share import TENTHS_FROM
+from workbench.body.people.proportions import TENTHS_FROM
 from workbench.body.pieces import body_pieces, piece_warnings
 from workbench.body.scaling.scale import morph_to
 from workbench.report.page import page

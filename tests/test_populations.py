@@ -12,8 +12,8 @@ import pytest
 
 from tests.conftest import REFERENCE, ROOT, SHARED, real_input, tracked
 from workbench import InputError, UsageError, load_population_model, read_ansur
-from workbench.body.people.draw import fit_population
 from workbench.body.people.percentile import percentile_values
+from workbench.body.people.sampling import fit_population
 from workbench.cli import main
 from workbench.files.populations import load_growth
 from workbench.model.population import MEASURES, SEXES, Population, PopulationModel

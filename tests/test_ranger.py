@@ -18,7 +18,7 @@ import workbench as wb
 from tests.conftest import SHARED, needs_real_input
 from workbench import contacts
 from workbench.cli import main
-from workbench.files.inspection import inspect_environment
+from workbench.files.mesh_report import inspect_environment
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"
 DATA = Path(__file__).parent / "data"

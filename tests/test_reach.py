@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench import limb, stops
-from workbench.model.posing import angles_of, compose
+from workbench.model.joint_angles import angles_of, compose
 from workbench.posture.reaching.limbs import Limb
 
 PLANAR = """

@@ -17,7 +17,7 @@ from tests.reach_oracle import clear_ways
 from workbench import limb, reach, scale
 from workbench.files.meshes.parts import RawPart
 from workbench.model.environment import Allowance
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 from workbench.model.reach import DOUBTS
 
 MEASURES = ({"stature": 1.56}, {"stature": 1.66}, {"stature": 1.75}, {"stature": 1.86})

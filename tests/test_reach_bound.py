@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.model.posing import compose
+from workbench.model.joint_angles import compose
 from workbench.posture.reach_bound import reach_bound
 
 COUNT = 400

@@ -9,7 +9,7 @@ import pytest
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench import limb, reach, reach_map, scale
-from workbench.study.reach_map import from_coarse_to_fine, part_points, who_reaches
+from workbench.study.reach_map import farthest_point_order, part_points, who_reaches
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def test_what_a_map_cannot_mean_is_refused(board, people):
 
 def test_points_come_from_coarse_to_fine_and_it_is_known_how_coarse():
     points = np.stack([np.linspace(0.0, 1.0, 9), np.zeros(9), np.zeros(9)], axis=1)
-    order, far = from_coarse_to_fine(points)
+    order, far = farthest_point_order(points)
     assert order[:3].tolist() == [0, 8, 4]  # one end, the other, the middle
     assert far[:3] == pytest.approx([1.0, 0.5, 0.25]) and far[-1] == 0.0
     assert sorted(order.tolist()) == list(range(9))

@@ -21,7 +21,7 @@ from workbench.report.postures.envelopes import litres_taken
 from workbench.report.postures.rows import doubt_sentence
 from workbench.study.people import present_people
 from workbench.study.situation import position_of
-from workbench.study.warnings import buried_controls
+from workbench.study.warnings import controls_inside_solids
 
 STUDY = """
 study: two_sitters
@@ -241,9 +241,9 @@ def test_what_a_reach_study_cannot_mean_is_told_with_its_place(written, old, new
 
 def test_a_control_inside_a_solid_is_told():
     trainer = wb.load_environment("trainer")
-    assert buried_controls(trainer) == []
+    assert controls_inside_solids(trainer) == []
     inside = replace(trainer.controls[0], at=(0.0, 0.28, 0.25), part="")
-    told = buried_controls(replace(trainer, controls=(inside,)))
+    told = controls_inside_solids(replace(trainer, controls=(inside,)))
     assert len(told) == 1 and "left_seat_back" in told[0]
 
 

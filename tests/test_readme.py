@@ -67,7 +67,7 @@ def test_the_first_lines_run_the_first_study():
 
 def test_the_quoted_sentence_is_what_the_study_says():
     import workbench as wb
-    from workbench.report.words import verdict_sentence
+    from workbench.report.sentences import verdict_sentence
 
     result = wb.run(wb.load_study("trainer_clearance"))
     said = [f"passed  {v.criterion.name}: {verdict_sentence(v)}" for v in result.verdicts]

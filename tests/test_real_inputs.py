@@ -17,7 +17,7 @@ import workbench as wb
 from tests.conftest import SHARED, needs_real_input
 from tests.oracles import winding
 from workbench import InputError, environment_from_mesh
-from workbench.files.inspection import inspect_mesh
+from workbench.files.mesh_report import inspect_mesh
 from workbench.files.postures import posture_pose
 
 ENVIRONMENTS = SHARED / "environments"

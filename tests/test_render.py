@@ -17,7 +17,7 @@ import workbench as wb
 from tests.one_arm_cab import write_cab
 from workbench import InputError, MissingPartError, UsageError
 from workbench.cli import main
-from workbench.draw import window
+from workbench.draw import logical_window
 from workbench.draw.display_options import DISPLAYS, ENDINGS, parse_display_options
 from workbench.draw.marks.annotations import MARKS, with_marks
 from workbench.draw.render import render
@@ -289,24 +289,24 @@ def test_ctrl_c_keeps_the_finished_frames_and_says_so(capsys, cab, tmp_path, mon
 def test_where_vtk_cannot_draw_the_message_names_the_packages_and_the_exit_code_is_4(
     capsys, tmp_path, monkeypatch
 ):
-    fault = window.drawing_fault("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+    fault = logical_window.drawing_fault("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
     assert "signal 11" in fault and "apt install libegl1 libgl1" in fault
-    assert "pip install pyvista" in window.drawing_fault(
+    assert "pip install pyvista" in logical_window.drawing_fault(
         "raise ModuleNotFoundError(\"No module named 'pyvista'\")"
     )
-    monkeypatch.setattr(window, "drawing_fault", lambda: fault)
+    monkeypatch.setattr(logical_window, "drawing_fault", lambda: fault)
     for flag in ("--display", "--style"):
         assert main(["render", "bubbleman", "-o", str(tmp_path / "x.png"), flag, "pyvista"]) == 4
     assert "apt install" in capsys.readouterr().err and not list(tmp_path.iterdir())
     with pytest.raises(MissingPartError):
-        window.to_pyvista(build_source("bubbleman").scene)
+        logical_window.to_pyvista(build_source("bubbleman").scene)
 
 
 @pytest.mark.nightly
 def test_pyvista_shows_the_scene_where_disks_show_it(tmp_path):
     pytest.importorskip("pyvista")
-    if window.drawing_fault():
-        pytest.skip(window.drawing_fault())
+    if logical_window.drawing_fault():
+        pytest.skip(logical_window.drawing_fault())
     for angle in (None, 40.0):
         pictures = [
             np.asarray(
@@ -323,7 +323,7 @@ def test_pyvista_shows_the_scene_where_disks_show_it(tmp_path):
         ]
         assert (pictures[0] ^ pictures[1])[:170].sum() < 0.06 * pictures[0].sum()
     scene = build_source("trainer_clearance").scene
-    names_shown = set(window.to_pyvista(scene, off_screen=True).actors)
+    names_shown = set(logical_window.to_pyvista(scene, off_screen=True).actors)
     assert {"canopy", "bubbleman 0", "bubbleman 1"} <= names_shown
 
 

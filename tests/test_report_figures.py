@@ -16,7 +16,7 @@ from tests.accommodations import made, trainer_people
 from tests.one_arm_cab import STUDY, changed, write_cab
 from tests.test_accommodation_page import FLAPS, page_of, text_of
 from tests.test_study import criterion
-from workbench.body.people.share import percent_parts
+from workbench.body.people.proportions import percent_parts
 from workbench.model.accommodation import Requirement
 from workbench.model.result import Finding, Shortfall, Verdict
 from workbench.report.criteria import (
@@ -26,7 +26,7 @@ from workbench.report.criteria import (
 )
 from workbench.report.page import page as report_page
 from workbench.report.result_rows import result_file, verdict_row
-from workbench.report.words import verdict_sentence
+from workbench.report.sentences import verdict_sentence
 
 NUMBER = re.compile(r"\d+\.\d+")
 

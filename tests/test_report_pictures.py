@@ -20,7 +20,7 @@ from workbench.report.joint_angles import angle_rows
 from workbench.report.page import page
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.result_rows import result_file
-from workbench.report.words import proper_minus, without_polygons
+from workbench.report.sentences import proper_minus, without_polygons
 
 
 @pytest.fixture(scope="module")

@@ -22,8 +22,8 @@ from tests.one_arm_cab import ENVIRONMENT, STUDY, changed, write_cab
 from workbench.files.kinds import json_schemas
 from workbench.files.results.result import ResultFile, dump_json
 from workbench.report.folder import write_report
+from workbench.report.sentences import without_polygons
 from workbench.report.tables import csv_text
-from workbench.report.words import without_polygons
 
 # Bert stands in the wall, Anna's elbow is past its stop, and there is less room than is asked for.
 BROKEN = STUDY

@@ -14,7 +14,7 @@ import workbench as wb
 from tests.conftest import BOX, BOX_FACES, ROOT
 from tests.toy_cockpit import BOXES, STUDY, write_toy
 from workbench import load_study
-from workbench.report.words import finding_words
+from workbench.report.sentences import finding_words
 
 HEAD = STUDY.split("criteria:")[0] + "criteria:\n"
 ONE = HEAD.replace(", population: {people: PEOPLE, seed: 3}", "")

@@ -16,7 +16,7 @@ from tests.crowds import crowd_of
 from tests.seat_oracle import seat_slowly
 from workbench import seat as sit
 from workbench.model.environment import Rest, Seat
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 from workbench.posture.seating.posture import Pedals, positions
 from workbench.posture.seating.seating import seat_planes
 

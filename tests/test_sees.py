@@ -13,8 +13,8 @@ import workbench as wb
 from tests.toy_cockpit import STUDY, write_toy
 from workbench import load_study
 from workbench.model.units import UNITS
-from workbench.report.population.words import person_sentence
-from workbench.report.words import finding_words
+from workbench.report.population.sentences import person_sentence
+from workbench.report.sentences import finding_words
 from workbench.sight.eyes import eyes_of, gaze
 
 HEAD = STUDY.split("criteria:")[0] + "criteria:\n"

@@ -10,8 +10,8 @@ import workbench as wb
 from tests.rows import changed
 from tests.test_blend import random_blend
 from workbench.contact.collide import self_clearance
-from workbench.geometry import lanes
-from workbench.model.blend import enclosing_spheres
+from workbench.geometry import simd8
+from workbench.model.skinning import enclosing_spheres
 
 
 def crowded(body, seed, *, most=200, grid=0.0):
@@ -145,12 +145,12 @@ def test_the_lanes_do_compiled_what_their_definitions_say(a, b):
         a + b,
         a - b,
         a * b,
-        lanes.larger(a, b),
-        lanes.root(np.abs(a)),
-        lanes.eight(a[3]),
-        lanes.eight(lanes.greatest(b)),
+        simd8.larger(a, b),
+        simd8.root(np.abs(a)),
+        simd8.splat8(a[3]),
+        simd8.splat8(simd8.greatest(b)),
     ]
     for row, values in enumerate(wanted):
         assert np.array_equal(out[8 * row : 8 * row + 8], values)
-    below = lanes.not_above(a, b)
-    assert bits == (below, lanes.first_bit(below), lanes.how_many(below))
+    below = simd8.not_above(a, b)
+    assert bits == (below, simd8.lowest_set_bit(below), simd8.how_many(below))

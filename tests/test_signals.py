@@ -13,8 +13,8 @@ from workbench.motion.signals import (
     acceleration,
     cfc_filter,
     evenly,
-    held_level,
     hic,
+    sustained_level,
     velocity,
 )
 
@@ -76,14 +76,14 @@ def test_hic_equals_every_pair_tried():
 
 def test_the_3_ms_level_of_a_half_sine_is_its_height_1_5_ms_from_the_peak():
     time, level = pulse("half sine", 60, 0.04)
-    assert held_level(time, level) / GRAVITY == pytest.approx(
+    assert sustained_level(time, level) / GRAVITY == pytest.approx(
         60 * np.cos(np.pi * 0.0015 / 0.04), rel=1e-9
     )
 
 
 @given(st.floats(1, 200), st.floats(-50, 50))
 def test_a_constant_level_is_held(level, shift):
-    assert held_level(np.linspace(0, 0.01, 11), np.full(11, level) + shift) == pytest.approx(
+    assert sustained_level(np.linspace(0, 0.01, 11), np.full(11, level) + shift) == pytest.approx(
         level + shift
     )
 
@@ -152,6 +152,6 @@ def test_what_a_signal_cannot_give_is_refused():
     with pytest.raises(InputError, match="3 or more"):
         hic(time[:1], time[:1], window=0.015)
     with pytest.raises(InputError, match="cannot hold"):
-        held_level(np.array([0, 0.001]), np.array([1.0, 1.0]))
+        sustained_level(np.array([0, 0.001]), np.array([1.0, 1.0]))
     with pytest.raises(UsageError):
         hic(time, time, window=0)

@@ -10,7 +10,7 @@ from tests.conftest import BOX, BOX_FACES
 from tests.crowds import crowd_of
 from workbench.errors import InputError
 from workbench.model.workplace import Stand
-from workbench.report.population.words import population_headline
+from workbench.report.population.sentences import population_headline
 from workbench.study.checks.table import margins_of, most_of, same_everywhere
 from workbench.study.positions import comfortable_situations, in_positions
 

@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 import workbench as wb
 from workbench.errors import InputError, UsageError
-from workbench.model.posing import angles_of, compose
+from workbench.model.joint_angles import angles_of, compose
 from workbench.posture.reaching.comfort import comfort_modes
 
 FAR = (1.0, -0.2, 1.0)

@@ -14,7 +14,7 @@ from tests.one_arm_cab import STUDY, write_cab
 from tests.test_accommodation_page import FLAPS
 from workbench.draw.lines.svg import compacted
 from workbench.draw.web.packing import Packing
-from workbench.model.accommodation import Gain
+from workbench.model.accommodation import DesignChange
 from workbench.model.result import ChangedPerson, TriedChange
 from workbench.report.page import page
 from workbench.report.population.section import population_sections
@@ -87,7 +87,7 @@ def test_where_nothing_is_moved_there_is_no_before(moved):
 def test_a_change_that_was_tried_is_shown_before_and_after():
     people = trainer_people(10)
     flaps = np.linspace(-0.04, 0.05, 10)[:, None]
-    gain = Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.6, 0.9, 0.4, 0.7)
+    gain = DesignChange("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.6, 0.9, 0.4, 0.7)
     found = made(people, [FLAPS], flaps, gains=[gain])
     shown = shown_of(wb.load_body("bubbleman"), 0, 0, found.requirements)
     tried = TriedChange(gain, ChangedPerson(0, shown, shown), (-0.04, 0.012))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import REFERENCE, real_input
-from workbench.model.posing import angles_of, compose
+from workbench.model.joint_angles import angles_of, compose
 from workbench.model.reach import stop_reason
 from workbench.posture.stops import nearest_legal, nearest_on_cone, nearest_on_polygon
 

@@ -14,11 +14,11 @@ from workbench.body.scaling.morph import lengthened
 from workbench.cli import main
 from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.number_rows import FrameRange
+from workbench.model.joint_angles import compose
 from workbench.model.motion import Markers, SegmentTrack
-from workbench.model.posing import compose
 from workbench.motion.recorded.marker_names import marker_site
 from workbench.motion.recorded.skeleton import body_lengths
-from workbench.motion.recorded.subject import (
+from workbench.motion.recorded.subject_scaling import (
     factors_from_markers,
     factors_from_track,
     marker_places,

@@ -27,7 +27,7 @@ from tests.test_real_inputs import BALL, FILES
 from tests.toy_cockpit import write_toy
 from workbench import InputError, environment_from_mesh, load_study
 from workbench.cli import main
-from workbench.files.inspection import inspect_mesh
+from workbench.files.mesh_report import inspect_mesh
 from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.mesh_validation import validate_part
 from workbench.files.meshes.parts import RawPart, weld

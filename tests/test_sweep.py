@@ -17,11 +17,17 @@ import workbench as wb
 from tests import oracles
 from tests.conftest import ROOT, box_part, environment_of
 from tests.rows import changed
-from workbench.contact.moving import centres_at, frames_of, jumps, pack_motion, ways
+from workbench.contact.continuous_contact import (
+    centres_at,
+    frames_of,
+    joint_discontinuities,
+    pack_motion,
+    ways,
+)
 from workbench.files.meshes.parts import RawPart
-from workbench.model.blend import enclosing_spheres
 from workbench.model.environment import Allowance
 from workbench.model.quaternions import from_matrices, matrices
+from workbench.model.skinning import enclosing_spheres
 
 EXACT = 2e-6
 
@@ -242,7 +248,7 @@ def test_a_sphere_on_the_way_is_where_the_pose_between_has_it(one_arm, random_ar
     found = centres_at(mover, pair, sphere, np.full(30, time))
     wanted = wb.place(one_arm, wb.between(start, end, time)).centres
     # where a twist is about to jump, rounding decides the side
-    safe = np.abs(jumps(mover, pair, sphere) - time) > 1e-9
+    safe = np.abs(joint_discontinuities(mover, pair, sphere) - time) > 1e-9
     assert np.allclose(found[safe], wanted.reshape(-1, 3)[safe], rtol=0, atol=1e-9)
 
 
@@ -257,7 +263,7 @@ def strays_beyond(body, way, seed):
     ends = np.sort(rng.uniform(size=(2, count)), axis=0)
     ends[1] = ends[0] + (ends[1] - ends[0]) * 10.0 ** -rng.integers(0, 4, count)
     fraction = rng.uniform(size=count)
-    jump = jumps(mover, pair, sphere)
+    jump = joint_discontinuities(mover, pair, sphere)
     keep = (jump < ends[0]) | (jump > ends[1])
     pair = pair[keep]
     sphere = sphere[keep]

@@ -15,7 +15,7 @@ from tests.conftest import ROOT, SHARED, box_part, real_input
 from tests.test_real_inputs import FILES
 from workbench import environment_from_mesh, load_environment
 from workbench.cli import main
-from workbench.files.inspection import inspect_mesh
+from workbench.files.mesh_report import inspect_mesh
 from workbench.files.meshes.reading import extent, implausible, read_mesh, to_world
 from workbench.files.meshes.sizes import SIZE_RANGES, implausible_sizes, person_size
 from workbench.files.meshes.taken_frame import taken_frame

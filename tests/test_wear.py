@@ -13,14 +13,14 @@ from tests.family import write_family
 from workbench import measure
 from workbench.body.wear import wear
 from workbench.cli import main
-from workbench.files.body.encumbrances import load_encumbrance, worn
+from workbench.files.body.encumbrances import load_encumbrance, load_encumbrances
 from workbench.files.postures import posture_pose
 
 STUDY = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
 
 
 def dressed(body, *names):
-    return wear(body, worn(list(names), body))
+    return wear(body, load_encumbrances(list(names), body))
 
 
 def added(body, *names):
@@ -91,7 +91,7 @@ def test_a_dressed_body_is_in_no_contact_with_itself_standing_or_seated(bubblema
 
 def test_people_dressed_alike_are_rows_of_one_body(bubbleman):
     sizes = [wb.scale(bubbleman, {"stature": stature}) for stature in (1.5, 1.9)]
-    boots = worn(["boots"], bubbleman)
+    boots = load_encumbrances(["boots"], bubbleman)
     both = wear(wb.stack_bodies(sizes), boots, like=bubbleman)
     assert both.sphere_names == dressed(bubbleman, "boots").sphere_names
     for k, body in enumerate(sizes):

@@ -53,8 +53,8 @@ COMPILERS = {
     "compiled.py",
     "compiled_linked.py",
     "compiled_records.py",
-    "geometry/lanes.py",
-    "geometry/quads.py",
+    "geometry/simd8.py",
+    "geometry/simd4.py",
 }
 HOMES = {
     "numba": COMPILERS,
@@ -70,7 +70,7 @@ HOMES = {
     "markupsafe": {"report"},
     "cyclopts": {"cli"},
     "rich": {"cli/progress.py"},
-    "pyvista": {"draw/window.py"},
+    "pyvista": {"draw/logical_window.py"},
     "imageio_ffmpeg": {"draw/films/film.py"},
     "manifold3d": {"body", "files/meshes/parts.py", "files/meshes/mesh_validation.py"},
     "mujoco": {"crash/simulated.py"},

@@ -33,23 +33,23 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import workbench as wb
-from workbench.body.people.growth import growth_people
+from workbench.body.people.growth_charts import growth_people
 from workbench.body.people.percentile import percentile_people
-from workbench.body.people.share import bootstrap_share, paired_share, share_of
+from workbench.body.people.proportions import bootstrap_share, paired_share, proportion_interval
 from workbench.body.wear import wear
 from workbench.cli import main as command
 from workbench.errors import InputError
-from workbench.files.body.encumbrances import worn
+from workbench.files.body.encumbrances import load_encumbrances
 from workbench.files.catalogue import names
 from workbench.files.motions.number_rows import FrameRange
 from workbench.files.populations import load_growth
 from workbench.files.postures import load_postures, posture_path, posture_pose
-from workbench.model.posing import angles_of
+from workbench.model.joint_angles import angles_of
 from workbench.model.result import MotionFound, PosturesFound, Verdict
 from workbench.model.study import PeopleDrawn
 from workbench.motion.recorded.marker_names import marker_site
-from workbench.motion.recorded.subject import marker_places
-from workbench.motion.signals import cfc_filter, held_level, hic
+from workbench.motion.recorded.subject_scaling import marker_places
+from workbench.motion.signals import cfc_filter, hic, sustained_level
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.run import run
 
@@ -350,7 +350,7 @@ def sizes() -> Named:
             age=size.age,
             detail=size.detail,
         )
-        dressed = wear(made.body, worn(list(size.clothes), made.body))
+        dressed = wear(made.body, load_encumbrances(list(size.clothes), made.body))
         yield f"size/{name}", _summary(dressed)
         yield f"size/{name}/measure", _measures(made.body)
         posture, poses = next(iter(_postures(size.body).items()))
@@ -379,7 +379,7 @@ def people() -> Named:
     served = np.arange(60) % 7 != 3
     later = np.arange(60) % 5 != 1
     weight = 1.0 + np.arange(60) % 3
-    found = share_of(served, weight=weight)
+    found = proportion_interval(served, weight=weight)
     yield "interval/wilson", [found.share, found.low, found.high]
     found = bootstrap_share(served, weight=weight, seed=5, draws=2000)
     yield "interval/bootstrap", [found.share, found.low, found.high]
@@ -414,7 +414,7 @@ def signals() -> Named:
         for window in (0.015, 0.036):
             worst = hic(clock, level, window=window)
             yield f"signal/{label}/hic {1000 * window:g} ms", [worst.value, worst.start, worst.end]
-        yield f"signal/{label}/held 3 ms", held_level(clock, level)
+        yield f"signal/{label}/held 3 ms", sustained_level(clock, level)
         for cfc in (60, 180, 600):
             yield f"signal/{label}/cfc {cfc}", cfc_filter(clock, level, cfc=cfc)[::100].tolist()
 

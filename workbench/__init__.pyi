@@ -7,7 +7,7 @@ from .body.forward import place as place
 from .body.forward import rereference as rereference
 from .body.forward import update as update
 from .body.people.boundary import boundary_cases as boundary_cases
-from .body.people.draw import draw_people as draw_people
+from .body.people.sampling import draw_people as draw_people
 from .body.scaling.measure import measure as measure
 from .body.scaling.scale import scale as scale
 from .body.scaling.seated import seated as seated
@@ -26,10 +26,10 @@ from .contact.episodes import episodes as episodes
 from .contact.episodes import self_episodes as self_episodes
 from .contact.episodes import self_sweep as self_sweep
 from .contact.episodes import sweep as sweep
+from .draw.logical_window import to_pyvista as to_pyvista
 from .draw.picture import render as render
 from .draw.scene_builder import scene_of as scene_of
 from .draw.web.notebook import view as view
-from .draw.window import to_pyvista as to_pyvista
 from .errors import InputError as InputError
 from .errors import MissingPartError as MissingPartError
 from .errors import UsageError as UsageError
@@ -53,11 +53,11 @@ from .model.criterion import Work as Work
 from .model.driving import Driver as Driver
 from .model.driving import Package as Package
 from .model.environment import Environment as Environment
+from .model.joint_angles import between as between
+from .model.joint_angles import join_poses as join_poses
+from .model.joint_angles import pose as pose
 from .model.poses import Placed as Placed
 from .model.poses import Poses as Poses
-from .model.posing import between as between
-from .model.posing import join_poses as join_poses
-from .model.posing import pose as pose
 from .model.reach import Reach as Reach
 from .model.result import Result as Result
 from .model.study import Study as Study

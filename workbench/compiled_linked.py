@@ -82,8 +82,8 @@ PACKAGE = Path(__file__).parent
 WHOLE_FILES = (
     "compiled_linked.py",
     "compiled_records.py",
-    "geometry/lanes.py",
-    "geometry/quads.py",
+    "geometry/simd8.py",
+    "geometry/simd4.py",
 )
 """Files of which every byte counts: they change how all others are compiled."""
 FOREIGN = {"builtins", "math", "operator", "numpy", "numba", "llvmlite"}

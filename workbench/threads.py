@@ -10,7 +10,7 @@ from contextvars import ContextVar
 
 from workbench.errors import UsageError
 
-__all__ = ["THREADS", "cores", "in_pieces", "one_thread"]
+__all__ = ["THREADS", "available_cores", "one_thread", "run_in_threads"]
 
 THREADS = "WORKBENCH_THREADS"
 """The environment's word on how many cores may be used at most."""
@@ -31,7 +31,7 @@ def one_thread() -> Iterator[None]:
         _ALONE.reset(token)
 
 
-def cores() -> int:
+def available_cores() -> int:
     """How many cores this process may use, no more than WORKBENCH_THREADS where that is set;
     UsageError where it is no number."""
     there = (
@@ -45,7 +45,7 @@ def cores() -> int:
     return min(there, int(asked))
 
 
-def in_pieces(
+def run_in_threads(
     work: Callable[[int, int], None], count: int, size: int, *, threads: int | None = None
 ) -> None:
     """Call work(begin, end) for the pieces of at most `size` of range(count), each once, `threads`
@@ -59,7 +59,7 @@ def in_pieces(
     begins = range(0, count, max(size, 1))
     at_once = len(begins)
     if at_once > 1:  # a single piece needs no count of cores, which takes as long as a short piece
-        at_once = min(threads or (1 if _ALONE.get() else cores()), at_once)
+        at_once = min(threads or (1 if _ALONE.get() else available_cores()), at_once)
     if at_once <= 1:
         for begin in begins:
             work(begin, min(begin + size, count))

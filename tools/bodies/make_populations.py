@@ -20,7 +20,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from workbench.body.people.draw import fit_population
+from workbench.body.people.sampling import fit_population
 from workbench.files.ansur import raw_columns, read_ansur
 from workbench.files.populations import load_growth, load_population_model
 from workbench.model.population import MASS, MEASURES, PopulationModel

@@ -10,12 +10,12 @@ import numpy as np
 from workbench.body.kernels.forward import Chain, Rows, Skin, place_bodies
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.blend import blend_point, distal, twist_shared
 from workbench.model.body import Body, Topology, logical_window, walk
 from workbench.model.kept import kept_with_body
 from workbench.model.poses import Placed, Poses, check_joints, check_rows, people_of
 from workbench.model.quaternions import matrices
-from workbench.threads import in_pieces
+from workbench.model.skinning import blend_point, distal, twist_shared
+from workbench.threads import run_in_threads
 
 __all__ = ["packed_chain", "packed_skin", "place", "rereference", "segment_frames", "update"]
 
@@ -284,6 +284,6 @@ def _place_from(
             centres[some],
         )
 
-    in_pieces(work, len(poses), _BATCH)
+    run_in_threads(work, len(poses), _BATCH)
     world.flags.writeable = centres.flags.writeable = False
     return Placed(body, world, centres, shown, person)

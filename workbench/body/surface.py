@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, UsageError
 from workbench.geometry.nearest import Solid, build_solid, mesh_distance, morton_order
-from workbench.geometry.polygon import point_winding
-from workbench.model.arrays import Floats, Ints, frozen
+from workbench.geometry.polygon import winding_number
+from workbench.model.arrays import Floats, Ints, read_only
 from workbench.model.poses import Placed
 
-__all__ = ["FLATTEST", "Surface", "body_solid", "filled_loops", "sealed", "sphere_segments"]
+__all__ = ["FLATTEST", "Surface", "body_solid", "sealed", "sphere_segments", "triangulate_loops"]
 
 _MIN_EXTENT = 0.005
 _MAX_EXTENT = 10.0
@@ -52,9 +52,11 @@ class Surface:
 
     def __post_init__(self) -> None:
         object.__setattr__(
-            self, "vertices", frozen(self.vertices, np.float64, (None, 3), "surface.vertices")
+            self, "vertices", read_only(self.vertices, np.float64, (None, 3), "surface.vertices")
         )
-        object.__setattr__(self, "faces", frozen(self.faces, np.int64, (None, 3), "surface.faces"))
+        object.__setattr__(
+            self, "faces", read_only(self.faces, np.int64, (None, 3), "surface.faces")
+        )
         corner = self.vertices[self.faces]
         cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
         object.__setattr__(self, "volume", float(np.einsum("tc,tc->", corner[:, 0], cross)) / 6)
@@ -160,8 +162,8 @@ def _outer_shells(given: manifold3d.Manifold) -> tuple[manifold3d.Manifold, list
 
 def _checked(vertices: ArrayLike, faces: ArrayLike, what: str) -> tuple[Floats, Ints]:
     """The mesh as arrays, with its numbers, size and edges checked."""
-    points: Floats = frozen(vertices, np.float64, (None, 3), f"{what}: vertices")
-    corners: Ints = frozen(faces, np.int64, (None, 3), f"{what}: faces")
+    points: Floats = read_only(vertices, np.float64, (None, 3), f"{what}: vertices")
+    corners: Ints = read_only(faces, np.int64, (None, 3), f"{what}: faces")
     if len(corners) < 4 or corners.min() < 0 or corners.max() >= len(points):
         raise InputError(
             f"{what}: a closed mesh of at least 4 faces is needed, of vertices that are there"
@@ -209,7 +211,7 @@ def _refuse_crossing(surface: Surface, what: str) -> None:
     """
     corner = np.ascontiguousarray(surface.vertices[surface.faces])
     place = _points_just_outside(surface, corner)
-    winding = np.array([point_winding(*point, corner, 0, len(corner)) for point in place])
+    winding = np.array([winding_number(*point, corner, 0, len(corner)) for point in place])
     wrong = np.abs(winding) > 0.5
     if wrong.mean() > _MAX_CROSSING:
         spot = ", ".join(f"{x:.3f}" for x in place[wrong][0])
@@ -230,7 +232,7 @@ def _points_just_outside(surface: Surface, corner: Floats) -> Floats:
     return np.asarray(corner[face].mean(axis=1) + height * normal)
 
 
-def filled_loops(loops: Sequence[Floats]) -> tuple[Floats, Ints]:
+def triangulate_loops(loops: Sequence[Floats]) -> tuple[Floats, Ints]:
     """Triangulate what lies inside loops. A point is inside if an odd number of loops enclose it.
 
     Parameters

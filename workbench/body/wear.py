@@ -14,9 +14,9 @@ import numpy as np
 from workbench.body.scaling.manikin import Manikin
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats, Ints
-from workbench.model.blend import settled
 from workbench.model.body import DIRECTIONS, Body
 from workbench.model.person import Encumbrance, Layer
+from workbench.model.skinning import with_derived_fields
 
 __all__ = ["wear"]
 
@@ -52,7 +52,7 @@ def wear(body: Body, items: Iterable[Encumbrance], *, like: Body | None = None) 
         copies = _copies(shown, item)
         body = _dressed(body, item, copies)
         shown = _dressed(shown, item, copies)
-    body = settled(body)
+    body = with_derived_fields(body)
     after = [Manikin(one) for one in body]
     more = [np.maximum(one.overlaps() - was, 0.0) for one, was in zip(after, before, strict=True)]
     in_parent = body.joint_in_parent.copy()

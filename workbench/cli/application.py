@@ -29,10 +29,10 @@ from workbench.cli.progress import Progress, emit, emit_sentence, emit_verdict, 
 from workbench.cli.render import render
 from workbench.cli.where import where
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
-from workbench.files.opening import noted_inputs
+from workbench.files.file_errors import noted_inputs
 
 if TYPE_CHECKING:
-    from workbench.files.inspection import Inspection
+    from workbench.files.mesh_report import Inspection
     from workbench.files.results.result import ResultFile
     from workbench.study.describe.named_seat import NamedSeat
 
@@ -189,7 +189,7 @@ def check(*files: Path) -> int:
         the files to check
     """
     from workbench.files.kinds import check_file
-    from workbench.study.accommodation.limiting import doubted_people
+    from workbench.study.accommodation.limiting_dimensions import doubted_people
 
     if not files:
         raise UsageError("workbench check: name one file or more")
@@ -241,8 +241,8 @@ def inspect(
         the parts of a seat's cushion and of its back: its reference point and angles are computed,
         printed as lines of an environment's file, and checked
     """
-    from workbench.files.inspection import inspect_environment, inspect_mesh
     from workbench.files.kinds import is_mesh, is_result
+    from workbench.files.mesh_report import inspect_environment, inspect_mesh
     from workbench.report.inspection_text import inspection_lines
 
     if not sources:
@@ -280,7 +280,7 @@ def _inspect_result(path: Path, *, as_json: bool) -> int:
     """Show what a result says."""
     from workbench.files.results.result import load_result
     from workbench.report.inspection_text import result_head, verdict_lines
-    from workbench.report.words import in_words
+    from workbench.report.sentences import in_words
 
     rows = load_result(path)
     if as_json:
@@ -318,7 +318,7 @@ def schema(kind: str) -> int:
 @app.command
 def doctor(*, as_json: Json = False) -> int:
     """Say which versions and which optional parts are there."""
-    from workbench.report.doctor import doctor_report
+    from workbench.report.diagnostics import doctor_report
 
     report = doctor_report()
     if as_json:

@@ -13,7 +13,7 @@ from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:
-    from workbench.body.fitting.candidates import Limits
+    from workbench.body.fitting.candidates import FitBounds
     from workbench.model.person import Growth
     from workbench.model.population import PopulationModel
 
@@ -117,7 +117,7 @@ def body_scale(
     """
     from workbench.body.wear import wear as dress
     from workbench.files.body.bodies import body_path, load_body
-    from workbench.files.body.encumbrances import worn
+    from workbench.files.body.encumbrances import load_encumbrances
     from workbench.files.body.writer import body_text
     from workbench.files.output_file import check_file, write_file
     from workbench.study.persons import person_body
@@ -131,7 +131,7 @@ def body_scale(
     wanted = {names[name]: _quantity(names[name], text) for name, text in measures.items()}
     people = _people(population, age)
     made = person_body(load_body(body), people, sex=sex, measures=wanted, age=age, detail=detail)
-    dressed = dress(made.body, worn(wear or [], made.body))
+    dressed = dress(made.body, load_encumbrances(wear or [], made.body))
     for warning in made.warnings:
         tell(f"warning: {warning}")
     given = [f"{name} {text}" for name, text in measures.items()]
@@ -280,9 +280,9 @@ def body_fit(
     return 0
 
 
-def _limits(*texts: str) -> Limits:
+def _limits(*texts: str) -> FitBounds:
     """Least and greatest radius, outward and inward tolerance."""
-    from workbench.body.fitting.candidates import LONGEST, SHORTEST, Limits
+    from workbench.body.fitting.candidates import LONGEST, SHORTEST, FitBounds
 
     names = ("--least-radius", "--greatest-radius", "--outward", "--inward")
     least, greatest, outward, inward = (
@@ -293,7 +293,7 @@ def _limits(*texts: str) -> Limits:
             raise UsageError(f"{name}: 0.01 mm to 10 m is possible, got {value * 1e3:g} mm")
     if least > greatest:
         raise UsageError(f"--least-radius {texts[0]} is greater than --greatest-radius {texts[1]}")
-    return Limits(least, greatest, outward, inward)
+    return FitBounds(least, greatest, outward, inward)
 
 
 def _place(text: str) -> Any:

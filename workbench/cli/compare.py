@@ -140,7 +140,7 @@ def _seen(
 def _judged(side: _Side, say: Say) -> _Given:
     """What a side says of its people; a study is run now."""
     from workbench.files.results.result import ResultFile
-    from workbench.study.accommodation.compare import judged, judged_file
+    from workbench.study.accommodation.compare import evaluate_people, judged_file
     from workbench.study.run import run
 
     if isinstance(side.source, ResultFile):
@@ -148,4 +148,4 @@ def _judged(side: _Side, say: Say) -> _Given:
     say(f"measuring {side.name}")
     result = run(side.source, say=say)
     inputs = dict(result.provenance.get("inputs", {}))
-    return _Given(judged(result), inputs, result.population)
+    return _Given(evaluate_people(result), inputs, result.population)

@@ -84,7 +84,7 @@ def show(
     every
         keep every n-th frame
     """
-    from workbench.report.motions.movement import movement_sentences
+    from workbench.report.motions.movement_summary import movement_sentences
 
     keep = frame_range(start, end, every, frames)
     who, poses, notes = _read(motion, body, up=up, unit=unit, names=names, scale=scale, frames=keep)
@@ -268,7 +268,7 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     import numpy as np
 
     from workbench.model.arrays import pieces
-    from workbench.model.posing import ContinuousAngles, angles_of
+    from workbench.model.joint_angles import ContinuousAngles, angles_of
 
     low = np.full((len(who.joints), 3), np.inf)
     high = -low
@@ -305,8 +305,8 @@ def _resampled(poses: Poses, step: float) -> Poses:
     import numpy as np
 
     from workbench.model.arrays import pieces
+    from workbench.model.joint_angles import poses_at
     from workbench.model.poses import stacked
-    from workbench.model.posing import poses_at
 
     start = poses.clock[0]
     count = int(np.floor((poses.clock[-1] - start) / step + 1e-9)) + 1

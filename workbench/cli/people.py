@@ -156,8 +156,8 @@ def draw(
     population
         a population file, the name of one that comes along, or raw CSV files of ANSUR II
     """
-    from workbench.body.people.draw import draw_people
     from workbench.body.people.percentile import percentile_people
+    from workbench.body.people.sampling import draw_people
 
     if as_json and as_csv:
         raise UsageError("one of --json and --csv can be printed, not both")
@@ -190,7 +190,7 @@ def growth(
     p
         one percentile or more; 5 50 95 where not given
     """
-    from workbench.body.people.growth import growth_people
+    from workbench.body.people.growth_charts import growth_people
     from workbench.files.populations import load_growth
 
     _check(made)
@@ -217,7 +217,7 @@ def _write(made: Made | None, people: Population, shown: list[str]) -> bool:
             "--body, --detail and --wear say how bodies are made; --bodies FOLDER says where to"
         )
     from workbench.report.people_folder import write_people
-    from workbench.study.crowd import SHOWN
+    from workbench.study.population_files import SHOWN
 
     sources = made.body or ["bubbleman"]
     if len(sources) > 2:

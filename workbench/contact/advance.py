@@ -7,16 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.contact.kernels.advance import LOOK, look_at_parts, possible_range
+from workbench.contact.continuous_contact import BodyMotion, centres_at, joint_discontinuities, ways
+from workbench.contact.kernels.conservative_advancement import (
+    LOOK,
+    possible_range,
+    sample_distances,
+)
 from workbench.contact.kernels.search import Parts
-from workbench.contact.kernels.wide import search_space
-from workbench.contact.moving import Mover, centres_at, jumps, ways
+from workbench.contact.kernels.wide_bvh import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = [
     "DEEP_ENOUGH",
     "FINEST",
-    "Chase",
+    "ContactQuery",
     "Spans",
     "contact_spans",
     "deepest",
@@ -36,11 +40,11 @@ DEEP_ENOUGH = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Chase:
+class ContactQuery:
     """Who moves, and against what: the parts of an environment, or the spheres of another mover."""
 
-    mover: Mover
-    against: Mover | Parts
+    mover: BodyMotion
+    against: BodyMotion | Parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +72,13 @@ class Spans:
         )
 
 
-def whole_way(chase: Chase, who: Ints, level: Floats) -> Spans:
+def whole_way(chase: ContactQuery, who: Ints, level: Floats) -> Spans:
     """The whole way of each sphere, in pieces where it jumps."""
     ends = []
-    first = jumps(chase.mover, who[:, 0], who[:, 1])
+    first = joint_discontinuities(chase.mover, who[:, 0], who[:, 1])
     second = np.full(len(who), 2.0)
-    if isinstance(chase.against, Mover):
-        second = jumps(chase.against, who[:, 0], who[:, 2])
+    if isinstance(chase.against, BodyMotion):
+        second = joint_discontinuities(chase.against, who[:, 0], who[:, 2])
     low = np.zeros(len(who))
     cuts = np.sort(np.stack([first, second], axis=1), axis=1)
     rows = np.arange(len(who))
@@ -92,7 +96,7 @@ def whole_way(chase: Chase, who: Ints, level: Floats) -> Spans:
     return Spans(who, level, far, _looks(chase, who, begin, far), _looks(chase, who, end, far))
 
 
-def first_contacts(chase: Chase, spans: Spans, key: Ints, first: Floats) -> None:
+def first_contacts(chase: ContactQuery, spans: Spans, key: Ints, first: Floats) -> None:
     """Lower first (K,) to the time at which a span of each key (M,) first touches."""
     while len(spans):
         here, there = _touching(spans)
@@ -109,7 +113,7 @@ def first_contacts(chase: Chase, spans: Spans, key: Ints, first: Floats) -> None
         key = np.concatenate([key[open_], key[open_]])
 
 
-def contact_spans(chase: Chase, spans: Spans) -> Spans:
+def contact_spans(chase: ContactQuery, spans: Spans) -> Spans:
     """The parts of spans that touch all along. Where one begins or ends with a contact, its look
     there is that of its other end with this time."""
     done = [spans.rows(np.zeros(0, dtype=np.int64))]
@@ -138,7 +142,7 @@ def contact_spans(chase: Chase, spans: Spans) -> Spans:
     )
 
 
-def deepest(chase: Chase, spans: Spans, key: Ints, keys: int) -> tuple[Floats, Ints, Floats]:
+def deepest(chase: ContactQuery, spans: Spans, key: Ints, keys: int) -> tuple[Floats, Ints, Floats]:
     """Least signed distance (K,) [m] of the surface of each key's spans, within DEEP_ENOUGH; who
     (K, 3) and when."""
     radius = _radii(chase, spans.who)
@@ -163,10 +167,10 @@ def deepest(chase: Chase, spans: Spans, key: Ints, keys: int) -> tuple[Floats, I
     return best, best_who, when
 
 
-def _radii(chase: Chase, who: Ints) -> Floats:
+def _radii(chase: ContactQuery, who: Ints) -> Floats:
     """(M,) [m] what a centre's distance is lessened by."""
     radius: Floats = chase.mover.body.radius[0][who[:, 1]]
-    if isinstance(chase.against, Mover):
+    if isinstance(chase.against, BodyMotion):
         radius = radius + chase.against.body.radius[0][who[:, 2]]
     return radius
 
@@ -187,14 +191,14 @@ def _crossing(spans: Spans) -> Floats:
     return spans.one[:, 0] + _lengths(spans) * here / (here - there)
 
 
-def _ways(chase: Chase, who: Ints, begin: Floats, end: Floats) -> Floats:
+def _ways(chase: ContactQuery, who: Ints, begin: Floats, end: Floats) -> Floats:
     way = ways(chase.mover, who[:, 0], who[:, 1], begin, end)
-    if isinstance(chase.against, Mover):
+    if isinstance(chase.against, BodyMotion):
         way = way + ways(chase.against, who[:, 0], who[:, 2], begin, end)
     return way
 
 
-def _possible(chase: Chase, spans: Spans) -> tuple[Floats, Floats]:
+def _possible(chase: ContactQuery, spans: Spans) -> tuple[Floats, Floats]:
     """Least and greatest signed distance (M,) [m] that is possible within each span."""
     way = _ways(chase, spans.who, spans.one[:, 0], spans.two[:, 0])
     least = np.empty(len(way))
@@ -203,7 +207,7 @@ def _possible(chase: Chase, spans: Spans) -> tuple[Floats, Floats]:
     return least, most
 
 
-def _halves(chase: Chase, spans: Spans) -> Spans:
+def _halves(chase: ContactQuery, spans: Spans) -> Spans:
     """Each span as two: all first halves, then all second halves."""
     middle = _looks(chase, spans.who, 0.5 * (spans.one[:, 0] + spans.two[:, 0]), spans.far)
     who, level, far = (
@@ -214,7 +218,7 @@ def _halves(chase: Chase, spans: Spans) -> Spans:
     )
 
 
-def _looks(chase: Chase, who: Ints, time: Floats, far: Floats) -> Floats:
+def _looks(chase: ContactQuery, who: Ints, time: Floats, far: Floats) -> Floats:
     """(M, 8) looks at a time."""
     looks = np.zeros((len(who), LOOK))
     looks[:, 0] = time
@@ -227,10 +231,10 @@ def _looks(chase: Chase, who: Ints, time: Floats, far: Floats) -> Floats:
         looks[:, 1:4] = both[: len(who)] - both[len(who) :]
     else:
         looks[:, 1:4] = centres_at(chase.mover, pair, sphere, time)
-    if isinstance(chase.against, Mover):
+    if isinstance(chase.against, BodyMotion):
         if chase.against is not chase.mover:
             looks[:, 1:4] -= centres_at(chase.against, pair, target, time)
         looks[:, 4] = np.linalg.norm(looks[:, 1:4], axis=1)
     else:
-        look_at_parts(chase.against, target, far, looks, search_space())
+        sample_distances(chase.against, target, far, looks, search_space())
     return looks

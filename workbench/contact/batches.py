@@ -9,38 +9,44 @@ from typing import Any
 
 import numpy as np
 
-from workbench.contact.fields import Groups, field_of, packed_faces, packed_parts, packed_shells
+from workbench.contact.distance_fields import (
+    Groups,
+    build_distance_field,
+    packed_faces,
+    packed_parts,
+    packed_shells,
+)
 from workbench.contact.kernels.clearance import (
     ClearanceTask,
     Leads,
     min_clearances,
 )
-from workbench.contact.kernels.contacts import ContactRows, environment_contacts
-from workbench.contact.kernels.groups import (
-    Crowd,
+from workbench.contact.kernels.clearance_groups import (
     GroupSpace,
+    SphereClusters,
     group_clearance,
     group_collides,
     group_room,
 )
+from workbench.contact.kernels.contacts import ContactRows, environment_contacts
 from workbench.contact.kernels.pairs import Balls, PairAnswers, pair_clearance
 from workbench.contact.kernels.parts import PartSpace, part_clearance
 from workbench.contact.kernels.search import Nearest
-from workbench.contact.kernels.wide import DEEP, EIGHT, search_space
-from workbench.geometry.lanes import LANES
+from workbench.contact.kernels.wide_bvh import DEEP, EIGHT, search_space
+from workbench.geometry.simd8 import LANES
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.blend import blend_point
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.kept import kept_with_body
 from workbench.model.poses import Placed, Poses
-from workbench.threads import in_pieces
+from workbench.model.skinning import blend_point
+from workbench.threads import run_in_threads
 
 __all__ = [
     "Groups",
     "balls_of",
+    "build_clusters",
     "clearance_by_part",
-    "crowd_of",
     "grouped_clearance",
     "grouped_collides",
     "grouped_room",
@@ -68,7 +74,7 @@ def pays(placed: Placed | Poses) -> bool:
     return len(placed) >= FEWEST_POSES
 
 
-def _space(crowd: Crowd, groups: Groups) -> GroupSpace:
+def _space(crowd: SphereClusters, groups: Groups) -> GroupSpace:
     """Working space of one thread."""
     pairs = len(crowd.big) * len(groups)
     return GroupSpace(
@@ -111,7 +117,7 @@ def least_clearances(
         space = search_space()
         min_clearances(centres, radius, moved, task, parts, out, leads, space, begin, end)
 
-    in_pieces(work, len(centres), PEOPLE, threads=threads)
+    run_in_threads(work, len(centres), PEOPLE, threads=threads)
     return out
 
 
@@ -124,15 +130,15 @@ def _by_groups(
     threads: int | None,
 ) -> None:
     """Have a loop over groups of parts fill the last of `more`, in pieces of the poses."""
-    crowd = crowd_of(placed)
+    crowd = build_clusters(placed)
     solids = packed_faces(environment), packed_shells(environment)
-    index = (crowd, *solids, field_of(environment, groups))
+    index = (crowd, *solids, build_distance_field(environment, groups))
     bodies = placed.centres, placed.world_from_segment
 
     def work(begin: int, end: int) -> None:
         kernel(*bodies, *index, *more, _space(crowd, groups), begin, end)
 
-    in_pieces(work, len(placed), PIECE, threads=threads)
+    run_in_threads(work, len(placed), PIECE, threads=threads)
 
 
 def grouped_collides(
@@ -186,7 +192,7 @@ def clearance_by_part(
     Infinite, -1, -1 and NaN for hidden parts and segments without spheres or outside the logical
     window, and where the distance is not less than most (N, K) [m], if that is given.
     """
-    crowd = crowd_of(placed)
+    crowd = build_clusters(placed)
     parts = packed_parts(environment)
     root = np.where(environment.hidden, -1, parts.trees.root)
     parts = parts._replace(trees=parts.trees._replace(root=root))
@@ -201,7 +207,7 @@ def clearance_by_part(
         space = PartSpace(hubs, *search_space())
         part_clearance(*bodies, crowd, parts, limit, out, space, begin, end)
 
-    in_pieces(work, len(placed), PIECE)
+    run_in_threads(work, len(placed), PIECE)
     return out
 
 
@@ -231,7 +237,7 @@ def paired_clearance(
         front = np.empty(len(second.radius), dtype=np.int64)
         pair_clearance(*bodies, out, heights, front, begin, end)
 
-    in_pieces(work, len(one), PIECE, threads=threads)
+    run_in_threads(work, len(one), PIECE, threads=threads)
     for values in (memory, *out):  # nobody else holds them: whoever takes them need not copy them
         values.flags.writeable = False
     return out
@@ -263,7 +269,7 @@ def _answers(memory: Floats, shape: tuple[int, ...]) -> PairAnswers:
 
 def touching(placed: Placed, environment: Environment, margin: float) -> tuple[Ints, Floats]:
     """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose."""
-    crowd = crowd_of(placed)
+    crowd = build_clusters(placed)
     index = packed_parts(environment), (~environment.hidden).astype(np.int64)
     search = (placed.centres, placed.world_from_segment, crowd, *index, margin)
     found: dict[int, tuple[Ints, Floats]] = {}
@@ -278,7 +284,7 @@ def touching(placed: Placed, environment: Environment, margin: float) -> tuple[I
             count = used
         found[begin] = rows.row[:used], rows.number[:used]
 
-    in_pieces(work, len(placed), PIECE)
+    run_in_threads(work, len(placed), PIECE)
     pieces = [found[begin] for begin in sorted(found)] or [
         (np.zeros((0, 4), dtype=np.int64), np.zeros((0, 5)))
     ]
@@ -293,13 +299,13 @@ def touching(placed: Placed, environment: Environment, margin: float) -> tuple[I
 CLUSTER = LANES
 
 
-def crowd_of(placed: Placed) -> Crowd:
+def build_clusters(placed: Placed) -> SphereClusters:
     """The clusters of a placed body with its window; the clusters are made once a body."""
     return _crowd(placed.body)._replace(shown=placed.window.astype(np.int64))
 
 
 @kept_with_body
-def _crowd(body: Body) -> Crowd:
+def _crowd(body: Body) -> SphereClusters:
     member: list[Ints] = []
     middle = []
     hubs = []
@@ -318,7 +324,7 @@ def _crowd(body: Body) -> Crowd:
             hubs.append(hub)
             reach.append(far * (1 + 1e-9) + 1e-9)
     counts = [len(group) for group in member]
-    return Crowd(
+    return SphereClusters(
         radius=body.radius[0],
         start=np.array(start, dtype=np.int64),
         middle=np.array(middle, dtype=np.int64),

@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.contact.batches import grouped_room, least_clearances, nothing_near
 from workbench.contact.collide import allowed_depth, allowed_groups
-from workbench.contact.fields import Groups
+from workbench.contact.distance_fields import Groups
 from workbench.contact.kernels.clearance import ClearanceTask
 from workbench.contact.kernels.search import Nearest
 from workbench.model.arrays import Bools, Floats, Ints

@@ -23,8 +23,8 @@ from workbench.contact.batches import (
     pays,
     touching,
 )
+from workbench.contact.distance_fields import packed_faces
 from workbench.contact.enclosure import deepen
-from workbench.contact.fields import packed_faces
 from workbench.contact.kernels.clearance import ClearanceTask, near_sides
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
 from workbench.errors import InputError, UsageError

@@ -18,9 +18,9 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.contact.batches import least_clearances
-from workbench.contact.fields import packed_faces, packed_shells
+from workbench.contact.distance_fields import packed_faces, packed_shells
 from workbench.contact.kernels.clearance import ClearanceTask
-from workbench.contact.kernels.inside import crossings_between, odd_shares
+from workbench.contact.kernels.point_in_solid import crossings_between, odd_shares
 from workbench.contact.kernels.search import Nearest
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.contact.advance import (
     FINEST,
     SLACK,
-    Chase,
+    ContactQuery,
     Spans,
     contact_spans,
     deepest,
@@ -20,17 +20,24 @@ from workbench.contact.advance import (
     whole_way,
 )
 from workbench.contact.collide import allowed_depth
-from workbench.contact.fields import packed_parts
-from workbench.contact.kernels.advance import near_pairs, near_parts
-from workbench.contact.moving import Mover, check_times, frames_of, jumps, pack_motion, ways
+from workbench.contact.continuous_contact import (
+    BodyMotion,
+    check_times,
+    frames_of,
+    joint_discontinuities,
+    pack_motion,
+    ways,
+)
+from workbench.contact.distance_fields import packed_parts
+from workbench.contact.kernels.conservative_advancement import near_pairs, near_parts
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.contacts import TANGENT_TOLERANCE, Episodes
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import check_pairs
 from workbench.model.poses import Poses
-from workbench.model.posing import check_pairs
-from workbench.threads import in_pieces
+from workbench.threads import run_in_threads
 
 __all__ = [
     "Rule",
@@ -162,7 +169,7 @@ def _first(rule: Rule, index: tuple[Ints, Ints], pairs: int, threads: int | None
         key = ((spans.who[:, 0] - begin) * first.shape[1] + row) * wide + column
         first_contacts(chase, spans, key, first[begin:end].reshape(-1))
 
-    in_pieces(work, pairs, PIECE, threads=threads)
+    run_in_threads(work, pairs, PIECE, threads=threads)
     first[np.isinf(first)] = np.nan
     return first
 
@@ -185,39 +192,39 @@ def _pair_by(by: str) -> str:
 # itself; and which of its spheres may touch what, the broad phase.
 
 Swept = tuple[Floats, Floats, Floats]
-Rule = tuple[Chase, Ints, Floats]
+Rule = tuple[ContactQuery, Ints, Floats]
 """Who is after what; the parts (K,) that take part as 1, or the pairs of segments (Q, 2); depth
 that is no contact."""
 
 
-def environment_chase(mover: Mover, environment: Environment, tolerance: float) -> Rule:
+def environment_chase(mover: BodyMotion, environment: Environment, tolerance: float) -> Rule:
     """A body against the parts of an environment: hidden ones take no part, the others as deep as
     they allow."""
     checked = (~environment.hidden).astype(np.int64)
     allowed = allowed_depth(mover.body, environment) + tolerance
-    return Chase(mover, packed_parts(environment)), checked, allowed
+    return ContactQuery(mover, packed_parts(environment)), checked, allowed
 
 
-def self_chase(mover: Mover, tolerance: float) -> Rule:
+def self_chase(mover: BodyMotion, tolerance: float) -> Rule:
     """The non-adjacent segments of one body, as deep in each other as its soft flesh allows."""
     body = mover.body
     shown = mover.placed.window
     pairs = np.argwhere(np.triu(~body.adjacent) & np.outer(shown, shown))
-    return Chase(mover, mover), pairs, body.allowance[0] + tolerance
+    return ContactQuery(mover, mover), pairs, body.allowance[0] + tolerance
 
 
-def body_chase(one: Mover, other: Mover, tolerance: float) -> Rule:
+def body_chase(one: BodyMotion, other: BodyMotion, tolerance: float) -> Rule:
     """All segments of one body against all of another."""
     pairs = np.argwhere(np.outer(one.placed.window, other.placed.window))
     return (
-        Chase(one, other),
+        ContactQuery(one, other),
         pairs,
         np.full((len(one.body.segments), len(other.body.segments)), tolerance),
     )
 
 
 def candidates(
-    chase: Chase, checked: Ints, allowed: Floats, begin: int, end: int
+    chase: ContactQuery, checked: Ints, allowed: Floats, begin: int, end: int
 ) -> tuple[Ints, Floats]:
     """Who (M, 3) may touch in the pose pairs begin..end, and the level (M,) [m] of each.
 
@@ -227,7 +234,7 @@ def candidates(
     one = _swept(chase.mover, begin, end)
     segment = chase.mover.levers.segment
     radius = chase.mover.body.radius[0]
-    if isinstance(chase.against, Mover):
+    if isinstance(chase.against, BodyMotion):
         other = chase.against
         who = near_pairs(one, _swept(other, begin, end), checked, allowed, SLACK)
         level = radius[who[:, 1]] + other.body.radius[0][who[:, 2]]
@@ -243,7 +250,7 @@ def candidates(
     return who[keep], level[keep]
 
 
-def _swept(mover: Mover, begin: int, end: int) -> tuple[Swept, Swept, Ints]:
+def _swept(mover: BodyMotion, begin: int, end: int) -> tuple[Swept, Swept, Ints]:
     """Enclosing spheres and spheres in pairs begin..end: where they begin and end, and how far
     their surfaces may be from the chord; and the spheres of each segment."""
     body = mover.body
@@ -267,7 +274,7 @@ def _swept(mover: Mover, begin: int, end: int) -> tuple[Swept, Swept, Ints]:
     pair = np.repeat(np.arange(begin, end), spheres)
     sphere = np.tile(np.arange(spheres), pairs)
     way = ways(mover, pair, sphere, np.zeros(len(pair)), np.ones(len(pair)))
-    way[jumps(mover, pair, sphere) <= 1.0] = np.inf
+    way[joint_discontinuities(mover, pair, sphere) <= 1.0] = np.inf
     reach = way.reshape(pairs, spheres) + body.radius[0]
     moved = mover.placed.centres[first], mover.placed.centres[second]
     return (around[0], around[1], size * (1 + 1e-12) + 1e-9), (*moved, reach), body.start
@@ -368,7 +375,7 @@ def _checked(body: Body, motion: Poses, by: str) -> tuple[Floats, Ints]:
     ) if by == "sphere" else body.sphere_segment
 
 
-def _packed(body: Body, motion: Poses, frames: slice, window: Iterable[str] | None) -> Mover:
+def _packed(body: Body, motion: Poses, frames: slice, window: Iterable[str] | None) -> BodyMotion:
     some = motion.rows(frames)
     frame = np.arange(len(some) - 1)
     return pack_motion(body, some, (frame, frame + 1), window=window)
@@ -406,7 +413,7 @@ def _found(
             begin: int,
             end: int,
             first: int = first,
-            chase: Chase = chase,
+            chase: ContactQuery = chase,
             checked: Ints = checked,
             allowed: Floats = allowed,
             found: dict[int, _Spells] = found,
@@ -416,7 +423,7 @@ def _found(
             key = keys[0][spans.who[:, 1]] * width + keys[1][spans.who[:, 2]]
             found[begin] = _spells(chase, spans, key, first)
 
-        in_pieces(work, len(chase.mover.first), PIECE, threads=threads)
+        run_in_threads(work, len(chase.mover.first), PIECE, threads=threads)
         done += [found[begin] for begin in sorted(found)]
     spells = _Spells(
         *(np.concatenate([getattr(piece, name) for piece in done]) for name in _Spells._fields)
@@ -428,7 +435,7 @@ def _found(
     return np.stack([enter, deep, leave], axis=1), spells.who[lead], spells.best[lead]
 
 
-def _spells(chase: Chase, spans: Spans, key: Ints, first: int) -> _Spells:
+def _spells(chase: ContactQuery, spans: Spans, key: Ints, first: int) -> _Spells:
     """The spells of spans whose pose pairs count from `first` on."""
     pair = spans.who[:, 0] + first
     episode, enter, leave = _merged(key, pair + spans.one[:, 0], pair + spans.two[:, 0])

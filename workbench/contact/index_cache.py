@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PARTIAL", "cache_folder", "forget_partial", "kept", "read_arrays", "write_arrays"]
+__all__ = ["PARTIAL", "cache_folder", "cached", "forget_partial", "read_arrays", "write_arrays"]
 
 PARTIAL = "new-"
 """How the names of files begin that are being written."""
@@ -48,7 +48,7 @@ def cache_folder() -> Path | None:
     return base.expanduser() / "workbench"
 
 
-def kept(key: bytes, make: Callable[[], Arrays]) -> Arrays:
+def cached(key: bytes, make: Callable[[], Arrays]) -> Arrays:
     """The arrays kept under a key, or else made and kept."""
     folder = cache_folder()
     if folder is None:
@@ -100,16 +100,16 @@ def read_arrays(path: Path, key: bytes) -> Arrays | None:
 
 
 def write_arrays(path: Path, key: bytes, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write arrays and their key as one .npz file in one step; OSError as of `write_whole`."""
+    """Write arrays and their key as one .npz file in one step; OSError as of `write_atomic`."""
     contents = BytesIO()
     with zipfile.ZipFile(contents, "w") as archive:
         for name, values in {_KEY: np.frombuffer(key, np.uint8), **arrays}.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
                 np.lib.format.write_array(entry, values, allow_pickle=False)
-    write_whole(path, contents.getvalue())
+    write_atomic(path, contents.getvalue())
 
 
-def write_whole(path: Path, contents: bytes) -> None:
+def write_atomic(path: Path, contents: bytes) -> None:
     """Write a file in one step, its folder with it; OSError where the disk does not let us, and
     then nothing is left of it and what was there before stays."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -18,7 +18,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.poses import Placed
 from workbench.model.simulation import ForceLaw, Simulation, depth_offset, force_at, law_of
 
-__all__ = ["ContactForce", "ContactMemory", "contact_forces"]
+__all__ = ["ContactMemory", "SegmentForce", "contact_forces"]
 
 _FULL_FRICTION_SPEED = 0.2
 """Sliding speed [m/s] from which on friction is full. Below, it is proportional to the speed, so
@@ -26,7 +26,7 @@ that it does not jump where a contact sticks."""
 
 
 @dataclass(frozen=True)
-class ContactForce:
+class SegmentForce:
     """The force of one contact on a segment; its opposite acts on the other segment, if any."""
 
     segment: int
@@ -135,7 +135,7 @@ class _TouchingPair:
     law: ForceLaw
 
 
-def contact_forces(memory: ContactMemory, placed: Placed) -> list[ContactForce]:
+def contact_forces(memory: ContactMemory, placed: Placed) -> list[SegmentForce]:
     """Compute the forces of all contacts of one pose.
 
     Parameters
@@ -165,7 +165,7 @@ def contact_forces(memory: ContactMemory, placed: Placed) -> list[ContactForce]:
     return forces
 
 
-def _pair_force(pair: _TouchingPair, contact: _OpenContact, offset: float) -> ContactForce | None:
+def _pair_force(pair: _TouchingPair, contact: _OpenContact, offset: float) -> SegmentForce | None:
     """The force of one pair, None where it is not deeper than its offset [m]."""
     spheres = _push_to_entry_side(pair.spheres, contact.normal)
     excess = spheres.depth - offset
@@ -176,7 +176,7 @@ def _pair_force(pair: _TouchingPair, contact: _OpenContact, offset: float) -> Co
     contact.max_depth = max(contact.max_depth, depth)
     weight = np.maximum(excess, 0.0)
     segment, other, _ = pair.key
-    return ContactForce(
+    return SegmentForce(
         segment,
         other,
         weight @ spheres.point / weight.sum(),

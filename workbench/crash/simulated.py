@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.crash.contacts import ContactForce, ContactMemory, contact_forces
-from workbench.crash.masses import (
+from workbench.crash.contacts import ContactMemory, SegmentForce, contact_forces
+from workbench.crash.mass_properties import (
     CompositeBody,
     composite_bodies,
     root_segment,
@@ -37,7 +37,7 @@ from workbench.model.simulation import (
     force_at,
     level_at,
 )
-from workbench.posture.kernels.past_stops import StopPack, past_stops
+from workbench.posture.kernels.limit_violation import StopPack, past_stops
 from workbench.posture.stops import packed_stops
 
 __all__ = [
@@ -307,7 +307,7 @@ class _Crash:
         moments = stop_moments(self.stops, rotations, rates, self.stop_moment)
         self.data.qfrc_applied[6:] += moments[self.joints].ravel()
 
-    def _apply_contact(self, contact: ContactForce) -> None:
+    def _apply_contact(self, contact: SegmentForce) -> None:
         """Apply a contact's force to its segment, and the opposite to the other one."""
         sliding = np.zeros(3)
         if contact.friction > 0:

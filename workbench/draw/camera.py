@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError, one_of
-from workbench.model.arrays import Floats, frozen
+from workbench.model.arrays import Floats, read_only
 
 __all__ = [
     "TO_VIEWER",
@@ -95,7 +95,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         for field in ("right", "up", "toward", "centre", "aside"):
-            vector = frozen(getattr(self, field), np.float64, (3,), f"camera.{field}")
+            vector = read_only(getattr(self, field), np.float64, (3,), f"camera.{field}")
             object.__setattr__(self, field, vector)
         for problem in (self._frame_error(), self._size_error()):
             if problem:

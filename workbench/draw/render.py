@@ -40,6 +40,7 @@ from workbench.draw.hidden import cut_off_words, seen_through
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
 from workbench.draw.lines.outline import outline
+from workbench.draw.logical_window import window_image
 from workbench.draw.marks.annotations import marks_for_scene
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import FAMILIES, Scene
@@ -48,7 +49,6 @@ from workbench.draw.source import Source
 from workbench.draw.two_eyes import both_eyes
 from workbench.draw.views import fitted_view, framed_views
 from workbench.draw.visibility import foremost_depth, projected_disks
-from workbench.draw.window import window_image
 from workbench.errors import UsageError
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes

@@ -32,11 +32,11 @@ from workbench.files.results.result import FindingRow, ResultFile, load_result
 from workbench.files.study.reader import load_study
 from workbench.model.body import Body
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import join_poses, pose
 from workbench.model.person import Person
 from workbench.model.poses import Placed, Poses
-from workbench.model.posing import join_poses, pose
 from workbench.model.quaternions import matrices
-from workbench.model.result import PopulationFound, Result, Shown
+from workbench.model.result import Illustration, PopulationFound, Result
 from workbench.model.study import Study
 from workbench.model.surroundings import adjusted
 from workbench.model.units import tenths, unit_in
@@ -46,7 +46,7 @@ from workbench.study.accommodation.accommodation import (
     person_again,
     person_shown,
 )
-from workbench.study.accommodation.hardest import Places
+from workbench.study.accommodation.worst_cases import Places
 from workbench.study.motion_cases import motion_cases
 from workbench.study.people import poses_of, present_people
 from workbench.study.run import hashes
@@ -186,7 +186,7 @@ def _result_source(result: Result, case: str | None) -> Source:
     return Source(Scene((body,), shown.environment, (), result.study.title))
 
 
-def _shown_of(found: PopulationFound, name: str | None) -> Shown | None:
+def _shown_of(found: PopulationFound, name: str | None) -> Illustration | None:
     """A person of a population by the label, the one hardest to serve without one; None for whom nothing
     is asked."""
     if name is None:

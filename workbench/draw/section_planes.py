@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.body.surface import filled_loops
+from workbench.body.surface import triangulate_loops
 from workbench.draw.camera import Camera
 from workbench.draw.scene import Scene, shown_corners
 from workbench.errors import UsageError, one_of
@@ -226,7 +226,7 @@ def _with_section_faces(
     parts: list[int] = []
     for number in np.flatnonzero(environment.solid & ~environment.hidden):
         loops = [loop @ frame.T for loop in chain_segments(lines[part == number])]
-        flat, triangles = filled_loops(loops)
+        flat, triangles = triangulate_loops(loops)
         if len(triangles):
             faces.append((flat @ frame + offset * normal)[triangles])
             parts.append(int(number))

@@ -9,8 +9,8 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import poses_at
 from workbench.model.person import Person
-from workbench.model.posing import poses_at
 
 __all__ = ["PEOPLE_COLOURS", "Source", "chosen_cases", "people_source", "split_names"]
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of, printable
-from workbench.files.opening import BYTE_ORDER_MARK, read_whole
+from workbench.files.file_errors import BYTE_ORDER_MARK, read_whole
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats
 from workbench.model.population import MASS, MEASURES, SEXES, Population, check_measures

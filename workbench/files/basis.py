@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, printable
-from workbench.files.opening import note_input, read_whole
+from workbench.files.file_errors import note_input, read_whole
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
 from workbench.model.body import DIRECTIONS

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from workbench.files.environment_doubts import box_gap, near_part
 from workbench.files.environment_own import (
     Handle,
+    NearbyParts,
     PartMeshes,
-    Surroundings,
     Touching,
     grippable,
     own_pieces,
@@ -102,7 +102,7 @@ def found_controls(
 
 def _surroundings(
     file: EnvironmentFile, names: Sequence[str], hidden: Iterable[str]
-) -> Surroundings:
+) -> NearbyParts:
     """What of the parts bears on pieces: what is hidden, what is sat on and what is moved."""
 
     def meant(keys: Iterable[str]) -> tuple[str, ...]:
@@ -112,7 +112,7 @@ def _surroundings(
     rests = {rest.part for _, seat in seats for rest in (seat.cushion, seat.back)}
     movers = {f"seat {name}": meant(seat.moves) for name, seat in seats}
     movers |= {f"adjustment {name}": meant(one.parts) for name, one in file.adjustments.items()}
-    return Surroundings(frozenset(hidden), frozenset(rests), movers)
+    return NearbyParts(frozenset(hidden), frozenset(rests), movers)
 
 
 def _control(meshes: PartMeshes, name: str, given: ControlFile) -> Control:

@@ -24,7 +24,7 @@ from workbench.files.seat_doubts import (
 )
 from workbench.geometry.entering import Entered, entered, travel_ways
 from workbench.geometry.ground import ground_of
-from workbench.geometry.polygon import point_winding
+from workbench.geometry.polygon import winding_number
 from workbench.geometry.surfaces import surface_gap
 from workbench.model.arrays import Floats, xyz
 from workbench.model.environment import Doubt, Environment, Seat
@@ -384,7 +384,7 @@ def near_part(
         found = surface_gap(np.tile(point, (1, 3, 1)), triangles[close])
         away = found.distance
         if environment.solid[environment.part_index(name)] and away > 0.0:
-            inside = abs(point_winding(*at, triangles, 0, len(triangles))) > 0.5
+            inside = abs(winding_number(*at, triangles, 0, len(triangles))) > 0.5
             away = 0.0 if inside else away
         if best is None or away < best.gap:
             best = NearPart(name, away, xyz(found.end))

@@ -22,7 +22,7 @@ from workbench.files.environment_schema import (
     InstrumentFile,
     MirrorFile,
 )
-from workbench.files.schema import fail
+from workbench.files.schema import error_at
 from workbench.files.yaml_text import Document
 from workbench.model.arrays import Floats, xyz
 from workbench.model.environment import Environment, Instrument, Mirror
@@ -97,7 +97,7 @@ def with_faces(
                 face = _face(environment, part, one, doubted=doubted)
             except _FaceError as error:
                 key = (section, name, error.key) if error.key else (section, name)
-                faults.append(fail(document, key, str(error)))
+                faults.append(error_at(document, key, str(error)))
             else:
                 found[section, name] = (part, xyz(face.at), xyz(face.normal))
     if faults:

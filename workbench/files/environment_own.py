@@ -16,7 +16,7 @@ from itertools import takewhile
 
 import numpy as np
 
-from workbench.geometry.polygon import point_winding
+from workbench.geometry.polygon import winding_number
 from workbench.geometry.surfaces import come_near
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, OwnPiece
@@ -25,9 +25,9 @@ __all__ = [
     "GRIPPABLE",
     "TOUCHING",
     "Handle",
+    "NearbyParts",
     "OwnPieces",
     "PartMeshes",
-    "Surroundings",
     "Touching",
     "grippable",
     "likeness",
@@ -184,7 +184,7 @@ class Touching:
         """Whether a part has another, which does not touch it, inside it."""
         corners = self.triangles(one)
         point = self.triangles(other)[0, 0]
-        return bool(abs(point_winding(*point, corners, 0, len(corners))) > 0.5)
+        return bool(abs(winding_number(*point, corners, 0, len(corners))) > 0.5)
 
     def triangles(self, part: int) -> Floats:
         """(T, 3, 3) [m] the corners of a part's triangles."""
@@ -194,7 +194,7 @@ class Touching:
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class NearbyParts:
     """What of the parts of a place bears on pieces.
 
     Parameters
@@ -216,7 +216,7 @@ class Surroundings:
         return " and ".join(words for words, parts in self.movers.items() if part in parts)
 
 
-def own_pieces(touching: Touching, handles: Sequence[Handle], around: Surroundings) -> OwnPieces:
+def own_pieces(touching: Touching, handles: Sequence[Handle], around: NearbyParts) -> OwnPieces:
     """Find the pieces of handles that no file states.
 
     Parameters
@@ -277,7 +277,7 @@ class _Search:
     """What the search of pieces knows of a place."""
 
     touching: Touching
-    around: Surroundings
+    around: NearbyParts
 
     @property
     def names(self) -> tuple[str, ...]:

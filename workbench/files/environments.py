@@ -41,7 +41,7 @@ from workbench.files.meshes.reading import (
 )
 from workbench.files.meshes.scene import mesh_of_scene
 from workbench.files.meshes.sizes import implausible_sizes
-from workbench.files.schema import fail, validate
+from workbench.files.schema import error_at, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
 from workbench.model.environment import (
@@ -54,7 +54,7 @@ from workbench.model.environment import (
     Seat,
     open_doubts,
 )
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 from workbench.model.surroundings import seat_tilt
 
 __all__ = [
@@ -100,7 +100,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
     environment, open_parts = build_environment(
         file.environment, parts, solid=[rule.solid for rule in rules]
     )
-    faults += [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
+    faults += [error_at(document, _rule_path(file, names[k]), what) for k, what in open_parts]
     if faults:
         raise InputError(faults)
     return _complete(document, environment, file, rules, notes, sizes)
@@ -229,18 +229,18 @@ def _meshes(
         try:
             stands, said, odd = _mesh(folder, mesh, alone=len(file.meshes) == 1)
         except InputError as error:
-            faults += [fail(document, key, problem) for problem in error.problems]
+            faults += [error_at(document, key, problem) for problem in error.problems]
             continue
         meshes.append(stands)
         taken = {part.name for part in parts}
         twice = [part.name for part in stands.parts if part.name in taken]
-        faults += [fail(document, key, _twice(file, row, name)) for name in twice]
+        faults += [error_at(document, key, _twice(file, row, name)) for name in twice]
         parts += stands.parts
         notes += [f"{mesh.file}: {note}" for note in said]
         doubts += odd
         doubted += [mesh.file] if odd else []
     if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
-        faults.append(fail(document, ("meshes",), wrong))
+        faults.append(error_at(document, ("meshes",), wrong))
     if faults:
         raise InputError(faults)
     return parts, notes, [*doubts, *frame_doubts(meshes, doubted=doubted)]
@@ -374,7 +374,7 @@ def unknown_names(document: Document, names: Sequence[str]) -> list[str]:
         The parts of its meshes.
     """
     return [
-        fail(document, path, f"no part {name!r}; {one_of(name, names)}")
+        error_at(document, path, f"no part {name!r}; {one_of(name, names)}")
         for path, name in _named_parts(document.value)
         # a cushion and a back are one part each, all else may be patterns
         if name not in names
@@ -620,7 +620,7 @@ def adjustment_faults(document: Document, file: EnvironmentFile, names: Sequence
         *_tilts_named(file),
         *_too_many(file),
     )
-    return [fail(document, key, what) for key, what in every]
+    return [error_at(document, key, what) for key, what in every]
 
 
 def _unknown(file: EnvironmentFile) -> Iterator[tuple[Key, str]]:

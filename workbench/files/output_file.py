@@ -22,7 +22,7 @@ from typing import TypeVar
 from zlib import crc32
 
 from workbench.errors import InputError
-from workbench.files.opening import is_input, read_whole
+from workbench.files.file_errors import is_input, read_whole
 
 __all__ = [
     "Content",

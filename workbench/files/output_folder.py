@@ -40,7 +40,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
-from workbench.files.opening import is_input
+from workbench.files.file_errors import is_input
 from workbench.files.output_file import Content, locked, planted, probe, writable, write_errors
 
 __all__ = [

@@ -15,7 +15,7 @@ from pydantic import Field
 from workbench.errors import InputError, one_of
 from workbench.files.ansur import BODY_MASS_INDEX, MEDIAN_INDEX, odd_masses, read_ansur
 from workbench.files.catalogue import find, is_file
-from workbench.files.schema import FileModel, LengthUnit, fail, metres_in, validate
+from workbench.files.schema import FileModel, LengthUnit, error_at, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
 from workbench.model.person import Growth
@@ -88,7 +88,7 @@ def load_population_model(source: str | Path, *, people: bool = True) -> Populat
     file = validate(document, PopulationFile)
     faults = list(_level_faults(document, file))
     if not file.sexes():
-        faults.append(fail(document, (), f"one or both of {', '.join(SEXES)} are needed"))
+        faults.append(error_at(document, (), f"one or both of {', '.join(SEXES)} are needed"))
     for sex in file.sexes():
         faults += _sex_faults(document, file, sex)
     if faults:
@@ -108,7 +108,7 @@ def measured_file(source: str | Path) -> Path | None:
 def _beside(document: Document, name: str) -> Path:
     path = Path(document.file).parent / name
     if not is_file(path):
-        raise InputError(fail(document, ("people",), f"no such file {name!r} in {path.parent}"))
+        raise InputError(error_at(document, ("people",), f"no such file {name!r} in {path.parent}"))
     return path
 
 
@@ -118,7 +118,9 @@ def _measured(document: Document, file: PopulationFile, name: str) -> Population
     measures = tuple(next(iter(file.sexes().values())).quantiles)
     people = read_ansur(path, measures=measures, unit=metres_in[file.length])
     faults = [
-        fail(document, (sex, "count"), f"{path} has {people.count(sex)} {sex} people (got {count})")
+        error_at(
+            document, (sex, "count"), f"{path} has {people.count(sex)} {sex} people (got {count})"
+        )
         for sex in SEXES
         if people.count(sex) != (count := file.sexes()[sex].count if sex in file.sexes() else 0)
     ]
@@ -165,16 +167,16 @@ def _level_faults(document: Document, file: PopulationFile) -> Iterator[str]:
     levels = file.percentiles
     if levels[0] != 0 or levels[-1] != 100:
         what = f"must go from 0 to 100 (got {levels[0]:g} to {levels[-1]:g})"
-        yield fail(document, ("percentiles",), what)
+        yield error_at(document, ("percentiles",), what)
     for k, (low, high) in enumerate(pairwise(levels)):
         if high <= low:
             what = f"percentiles must rise (got {high:g} after {low:g})"
-            yield fail(document, ("percentiles", k + 1), what)
+            yield error_at(document, ("percentiles", k + 1), what)
     edge = min(levels[1], 100 - levels[-2])
     for sex, part in file.sexes().items():
         if edge <= 50 / part.count:
             what = f"{part.count} people cannot tell the percentile next to 0 or 100 ({edge:g}): leave it out"
-            yield fail(document, (sex, "count"), what)
+            yield error_at(document, (sex, "count"), what)
 
 
 def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]:
@@ -185,16 +187,16 @@ def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]
         where = (sex, "quantiles", name)
         if name not in MEASURES:
             what = f"no such measure; {one_of(name, MEASURES, words=WORDS)}"
-            faults.append(fail(document, where, what))
+            faults.append(error_at(document, where, what))
         elif len(row) != len(file.percentiles):
             what = f"{len(file.percentiles)} values are needed, one a percentile (got {len(row)})"
-            faults.append(fail(document, where, what))
+            faults.append(error_at(document, where, what))
         else:
             faults += _row_faults(document, where, row, _unit(file, name))
     names = list(next(iter(file.sexes().values())).quantiles)
     for key, rows in (("quantiles", part.quantiles), ("correlation", part.correlation)):
         if list(rows) != names:
-            faults.append(fail(document, (sex, key), _other_measures(names, list(rows))))
+            faults.append(error_at(document, (sex, key), _other_measures(names, list(rows))))
     return faults or [*_mass_faults(document, file, sex), *_correlation_faults(document, sex, part)]
 
 
@@ -214,7 +216,7 @@ def _mass_faults(document: Document, file: PopulationFile, sex: str) -> Iterator
         least, most = MEDIAN_INDEX
         k = odd[0]
         more = f", and so at {len(odd) - 1} more percentiles" if len(odd) > 1 else ""
-        yield fail(
+        yield error_at(
             document,
             (sex, "quantiles", MASS, k),
             f"{mass[k]:g} kg does not go with a stature of {1000 * stature[k]:g} mm, both at percentile "
@@ -238,13 +240,13 @@ def _row_faults(
     low, high = (limit / unit for limit in MEASURES[where[2]])
     for k, value in enumerate(row):
         if not low <= value <= high:
-            yield fail(
+            yield error_at(
                 document,
                 (*where, k),
                 f"{value:g} is absurd for a person; {low:g} to {high:g} is plausible",
             )
         elif k and value <= row[k - 1]:
-            yield fail(
+            yield error_at(
                 document, (*where, k), f"quantiles must rise (got {value:g} after {row[k - 1]:g})"
             )
 
@@ -257,15 +259,15 @@ def _correlation_faults(document: Document, sex: str, part: SexFile) -> list[str
         if len(row) != i + 1 or row[-1] != 1:
             got = f"got {len(row)}, the last {row[-1] if row else 'missing'}"
             what = f"a row has one value for each measure down to its own: {i + 1}, the last of them 1 ({got})"
-            faults.append(fail(document, where, what))
+            faults.append(error_at(document, where, what))
         faults += [
-            fail(document, (*where, k), f"a correlation lies between -1 and 1 (got {value:g})")
+            error_at(document, (*where, k), f"a correlation lies between -1 and 1 (got {value:g})")
             for k, value in enumerate(row[:-1])
             if not -1 < value < 1
         ]
     if not faults and (least := float(np.linalg.eigvalsh(_square(part)).min())) <= 0:
         what = f"they contradict one another: an eigenvalue of their matrix is {least:.3g}, all must be positive"
-        faults.append(fail(document, (sex, "correlation"), what))
+        faults.append(error_at(document, (sex, "correlation"), what))
     return faults
 
 
@@ -326,11 +328,11 @@ def _faults(
     for k, row in enumerate(rows):
         if row[2] <= 0 or row[3] <= 0:
             what = f"L is any number, M and S are positive (got {list(row)})"
-            yield fail(document, (*where, k), what)
+            yield error_at(document, (*where, k), what)
     own = [row[0] for row in rows]
     for k, (before, after) in enumerate(pairwise(own)):
         if after <= before:
             what = f"ages must rise (got {after:g} after {before:g})"
-            yield fail(document, (*where, k + 1), what)
+            yield error_at(document, (*where, k + 1), what)
     if own != ages:
-        yield fail(document, where, "all four tables need the same ages")
+        yield error_at(document, where, "all four tables need the same ages")

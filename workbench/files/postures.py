@@ -13,11 +13,11 @@ from workbench.errors import InputError, one_of
 from workbench.files.body.bodies import body_path
 from workbench.files.body.schema import BodyFile
 from workbench.files.catalogue import find_beside
-from workbench.files.schema import FileModel, Length, Vector, fail, validate
+from workbench.files.schema import FileModel, Length, Vector, error_at, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
+from workbench.model.joint_angles import attitude_matrix, motion_of, pose
 from workbench.model.poses import Poses
-from workbench.model.posing import attitude_matrix, motion_of, pose
 
 __all__ = [
     "AdjustFile",
@@ -94,13 +94,13 @@ def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:
     faults = []
     if file.reference not in body.segments:
         what = f"body {body.name} has no segment {file.reference!r}; {one_of(file.reference, body.segments)}"
-        faults.append(fail(document, ("reference",), what))
+        faults.append(error_at(document, ("reference",), what))
     for name, posture in file.postures.items():
         key = ("postures", name)
         problems = flat_angles(body, posture.angles)[1]
-        faults += [fail(document, (*key, "angles", *place), what) for place, what in problems]
+        faults += [error_at(document, (*key, "angles", *place), what) for place, what in problems]
         faults += [
-            fail(document, (*key, "rotations", joint), what)
+            error_at(document, (*key, "rotations", joint), what)
             for joint, what in _rotation_problems(body, posture)
         ]
     if faults:

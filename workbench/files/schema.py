@@ -38,7 +38,7 @@ __all__ = [
     "Length",
     "LengthUnit",
     "Vector",
-    "fail",
+    "error_at",
     "length_in_metres",
     "metres_in",
     "plausible",
@@ -143,7 +143,7 @@ def validate(document: Document, model: type[Model]) -> Model:
         )
     if document.controls:
         what = "a text with control characters is not accepted: remove them"
-        raise InputError([fail(document, path, what) for path in document.controls])
+        raise InputError([error_at(document, path, what) for path in document.controls])
     unit = document.value.get("length")
     scale = metres_in.get(unit, math.nan) if isinstance(unit, str) else math.nan
     faults = []
@@ -166,7 +166,7 @@ def validate(document: Document, model: type[Model]) -> Model:
     return valid
 
 
-def fail(document: Document, path: Iterable[str | int], what: str) -> str:
+def error_at(document: Document, path: Iterable[str | int], what: str) -> str:
     """One line of an InputError: where the value at `path` stands, its key, and what is wrong."""
     keys = tuple(path)
     return (
@@ -189,7 +189,7 @@ def _lines(document: Document, model: type[FileModel], error: ValidationError) -
             what = f"key {fault['loc'][-1]!r} is missing"
         else:
             what = f"{_said(fault)} (got {_shown(fault['input'])})"
-        lines[fail(document, path, what)] = None
+        lines[error_at(document, path, what)] = None
     return list(lines)
 
 

@@ -22,7 +22,7 @@ from workbench.geometry.clipping import clip_triangles
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats, xyz
 from workbench.model.environment import Doubt, Seat
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 
 __all__ = [
     "SEAT_PART",

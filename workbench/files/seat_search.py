@@ -20,7 +20,7 @@ from workbench.files.seat_figures import SeatFigures, seat_figures
 from workbench.files.surface_planes import Surface
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats, Ints
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 
 __all__ = ["SITTER", "FoundSeat", "Met", "PartFaces", "found_seat"]
 

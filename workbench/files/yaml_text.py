@@ -20,8 +20,8 @@ from unicodedata import normalize
 import yaml
 
 from workbench.errors import InputError, has_controls
+from workbench.files.file_errors import read_whole
 from workbench.files.names import spelled
-from workbench.files.opening import read_whole
 
 __all__ = ["Document", "parse_yaml", "read_yaml"]
 

@@ -29,11 +29,11 @@ from numpy.typing import ArrayLike
 
 from workbench.geometry.box_pairs import box_pairs
 from workbench.geometry.nearest import build_solid, mesh_distance
-from workbench.geometry.polygon import point_winding
+from workbench.geometry.polygon import winding_number
 from workbench.geometry.surfaces import come_near
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.environment import Environment, Seat
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 
 T = TypeVar("T", Floats, Ints)
 __all__ = ["TOLERANCE", "Entered", "entered", "travel_ways"]
@@ -253,7 +253,7 @@ def _thinned(rows: T, most: int) -> T:
 def _windings(points: Floats, triangles: Floats) -> Floats:
     """(N,) the winding numbers of triangles (T, 3, 3) about points."""
     count = len(triangles)
-    return np.array([point_winding(x, y, z, triangles, 0, count) for x, y, z in points.tolist()])
+    return np.array([winding_number(x, y, z, triangles, 0, count) for x, y, z in points.tolist()])
 
 
 def _edge_points(triangles: Floats) -> Floats:

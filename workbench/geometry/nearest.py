@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import njit
-from workbench.geometry.tree import box_gap, split_tree
+from workbench.geometry.bvh import box_gap, build_sah_bvh
 
 __all__ = [
     "Solid",
     "build_solid",
+    "medial_balls",
     "mesh_distance",
     "morton_order",
     "nearest_triangle",
-    "shrink_balls",
 ]
 
 
@@ -47,7 +47,7 @@ def build_solid(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Soli
     """Pack a closed mesh, vertices (V, 3) and outward faces (T, 3), for `mesh_distance`."""
     corner = vertices[faces]
     boxes = np.concatenate([corner.min(axis=1), corner.max(axis=1)], axis=1)
-    box, link, item, _ = split_tree(boxes, np.array([0, len(faces)], dtype=np.int64))
+    box, link, item, _ = build_sah_bvh(boxes, np.array([0, len(faces)], dtype=np.int64))
     side = np.roll(corner, -1, axis=1) - corner
     flat = np.cross(side[:, 0], side[:, 1])
     flat /= np.maximum(np.linalg.norm(flat, axis=1), 1e-300)[:, None]
@@ -243,7 +243,7 @@ def mesh_distance(points, solid, distance, face, foot):  # type: ignore[no-untyp
 
 
 @njit(cache=True)
-def shrink_balls(points, normals, greatest, slack, solid, centre):  # type: ignore[no-untyped-def]
+def medial_balls(points, normals, greatest, slack, solid, centre):  # type: ignore[no-untyped-def]
     """Balls under the surface points (n, 3): from radius `greatest` shrunk until no surface is
     deeper than slack.
 

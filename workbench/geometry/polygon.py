@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner
-from workbench.geometry.lanes import first_bit, how_many
-from workbench.geometry.quads import (
+from workbench.geometry.simd4 import (
     below,
     divided,
-    four,
     least_of,
     load_four,
     lower,
+    splat4,
     upper,
     where_positive,
 )
+from workbench.geometry.simd8 import how_many, lowest_set_bit
 
 __all__ = [
     "EDGES",
@@ -34,7 +34,7 @@ __all__ = [
     "inside_loops",
     "nearest_of_record",
     "point_polygon",
-    "point_winding",
+    "winding_number",
 ]
 
 RECORD = 10
@@ -117,7 +117,7 @@ def _gaps_of_edges(x, y, z, record, e):  # type: ignore[no-untyped-def]
     # foot on the edge a + t d: t = (x - a) . d / |d|^2, kept from 0 to 1; 0 where d has no length
     square = d0 * d0 + d1 * d1 + d2 * d2
     t = divided((x - a0) * d0 + (y - a1) * d1 + (z - a2) * d2, square)
-    t = where_positive(square, lower(four(1.0), upper(four(0.0), t)))
+    t = where_positive(square, lower(splat4(1.0), upper(splat4(0.0), t)))
     u = x - (a0 + t * d0)
     v = y - (a1 + t * d1)
     w = z - (a2 + t * d2)
@@ -154,11 +154,11 @@ def _nearest_of_edges(x, y, z, h, record, at, end):  # type: ignore[no-untyped-d
     drop = np.uint64(record[at + 7])
     i = (drop + np.uint64(1)) % np.uint64(3)
     k = (drop + np.uint64(2)) % np.uint64(3)
-    pi = four(_coordinate(i, px, py, pz))
-    pk = four(_coordinate(k, px, py, pz))
-    x4 = four(x)
-    y4 = four(y)
-    z4 = four(z)
+    pi = splat4(_coordinate(i, px, py, pz))
+    pk = splat4(_coordinate(k, px, py, pz))
+    x4 = splat4(x)
+    y4 = splat4(y)
+    z4 = splat4(z)
     crossed = np.uint64(0)
     best = np.inf
     edge = np.uint64(0)
@@ -168,7 +168,7 @@ def _nearest_of_edges(x, y, z, h, record, at, end):  # type: ignore[no-untyped-d
         gap = least_of(gaps)
         if gap < best:
             best = gap
-            edge = e + first_bit(~below(four(gap), gaps))
+            edge = e + lowest_set_bit(~below(splat4(gap), gaps))
     if how_many(crossed) & np.uint64(1) and h * h < best:
         return h * h, px, py, pz
     bx, by, bz = _nearest_of_edge(x, y, z, record, edge)
@@ -216,7 +216,7 @@ def point_polygon(x, y, z, faces, f, limit):  # type: ignore[no-untyped-def]
 
 
 @inner
-def point_winding(x, y, z, corners, first, last):  # type: ignore[no-untyped-def]
+def winding_number(x, y, z, corners, first, last):  # type: ignore[no-untyped-def]
     """Winding number of triangles about a point: +-1 inside a closed surface, 0 outside.
 
     Source: van Oosterom & Strackee, IEEE Trans. Biomed. Eng. 30(2), 1983: the solid angle of a

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.geometry.tree import DEPTH, split_tree
+from workbench.geometry.bvh import DEPTH, build_sah_bvh
 from workbench.geometry.vectors import cross, dot, subtract
 from workbench.model.arrays import Floats
 
@@ -86,7 +86,7 @@ def _least_gap(one: Floats, other: Floats, most: float, enough: float) -> Floats
     less; the first that is no more than `enough`, where there is one."""
     groups = np.array([0, len(other)], dtype=np.int64)
     boxes = np.concatenate([other.min(axis=1), other.max(axis=1)], axis=1)
-    box, link, item, _ = split_tree(boxes, groups)
+    box, link, item, _ = build_sah_bvh(boxes, groups)
     found = np.full(7, np.nan)
     found[0] = most
     stack = np.empty(DEPTH, dtype=np.int64)

@@ -6,7 +6,7 @@ from typing import Any
 
 from workbench.files.environment_parts import MOST_PIECES
 from workbench.live.protocol import (
-    Taken,
+    VerbArgument,
     Verbs,
     is_flag,
     is_number,
@@ -22,13 +22,13 @@ __all__ = ["DESCRIBE_VERBS", "GRIPS", "UNITS", "ZONES"]
 UNITS = ("m", "mm", "cm", "in", "ft")
 GRIPS = ("push", "pinch", "grasp", "foot")
 ZONES = (1, 2, 3)
-_KIND = Taken("seat, control or point", one_valid("seat", "control", "point"))
-_NAME = Taken("a name", is_text)
+_KIND = VerbArgument("seat, control or point", one_valid("seat", "control", "point"))
+_NAME = VerbArgument("a name", is_text)
 _RAY = {
-    "part": Taken("the name of a part", is_text, needed=False),
-    "start": Taken("three numbers of metres", is_point, needed=False),
-    "way": Taken("three numbers", is_point, needed=False),
-    "far": Taken("a number of metres", is_number, 0.0, needed=False),
+    "part": VerbArgument("the name of a part", is_text, needed=False),
+    "start": VerbArgument("three numbers of metres", is_point, needed=False),
+    "way": VerbArgument("three numbers", is_point, needed=False),
+    "far": VerbArgument("a number of metres", is_number, 0.0, needed=False),
 }
 """Where the picture was clicked; nothing of it where it was not on a part."""
 
@@ -39,69 +39,77 @@ def _is_value(value: Any) -> bool:
     return is_number(value) or (isinstance(value, str) and len(value) <= MOST_PIECES) or numbers
 
 
-_ROW = Taken("the number of a mesh from 0", lambda value: is_number(value) and value % 1 == 0)
+_ROW = VerbArgument(
+    "the number of a mesh from 0", lambda value: is_number(value) and value % 1 == 0
+)
 DESCRIBE_VERBS: Verbs = {
     "mesh": {
         "row": _ROW,
-        "length": Taken("a unit of length", is_text, needed=False),
-        "up": Taken("an axis", one_valid(*AXES), needed=False),
-        "forward": Taken("an axis", one_valid(*AXES), needed=False),
+        "length": VerbArgument("a unit of length", is_text, needed=False),
+        "up": VerbArgument("an axis", one_valid(*AXES), needed=False),
+        "forward": VerbArgument("an axis", one_valid(*AXES), needed=False),
     },
-    "long": {"row": _ROW, "size": Taken("a number of metres", is_number)},
+    "long": {"row": _ROW, "size": VerbArgument("a number of metres", is_number)},
     "agree": {},
-    "accept": {"about": Taken("what is doubted", is_text)},
-    "add": {"file": Taken("the name of a mesh file", is_text)},
+    "accept": {"about": VerbArgument("what is doubted", is_text)},
+    "add": {"file": VerbArgument("the name of a mesh file", is_text)},
     "take": {"row": _ROW},
-    "move": {"row": _ROW, "to": Taken("three numbers of metres", is_point)},
+    "move": {"row": _ROW, "to": VerbArgument("three numbers of metres", is_point)},
     "meet": {**_RAY, **{f"to_{key}": taken for key, taken in _RAY.items()}},
     "floor": _RAY,
     "face": {
         "seat": _NAME,
-        "surface": Taken("cushion or back", one_valid("cushion", "back")),
+        "surface": VerbArgument("cushion or back", one_valid("cushion", "back")),
         **_RAY,
     },
     "anew": {
         "seat": _NAME,
-        "surface": Taken("cushion or back", one_valid("cushion", "back")),
+        "surface": VerbArgument("cushion or back", one_valid("cushion", "back")),
     },
-    "carry": {"seat": _NAME, "parts": Taken("a list of names of parts", is_texts)},
+    "carry": {"seat": _NAME, "parts": VerbArgument("a list of names of parts", is_texts)},
     "place": {
-        "kind": Taken("control or point", one_valid("control", "point")),
-        "name": Taken("a name", is_text, "", needed=False),
-        "grip": Taken("a grip", one_valid(*GRIPS), "grasp", needed=False),
-        "zone": Taken("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
+        "kind": VerbArgument("control or point", one_valid("control", "point")),
+        "name": VerbArgument("a name", is_text, "", needed=False),
+        "grip": VerbArgument("a grip", one_valid(*GRIPS), "grasp", needed=False),
+        "zone": VerbArgument("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
         **_RAY,
     },
     "eye": {"seat": _NAME},
     "figure": {
         "kind": _KIND,
         "name": _NAME,
-        "figure": Taken("the name of a figure", is_text),
-        "value": Taken("a number, a text, or two or three numbers", _is_value),
+        "figure": VerbArgument("the name of a figure", is_text),
+        "value": VerbArgument("a number, a text, or two or three numbers", _is_value),
     },
     "rename": {"kind": _KIND, "name": _NAME, "to": _NAME},
     "remove": {"kind": _KIND, "name": _NAME},
     "own": {
         "control": _NAME,
-        "parts": Taken("a list of names of parts", lambda value: value == [] or is_texts(value)),
+        "parts": VerbArgument(
+            "a list of names of parts", lambda value: value == [] or is_texts(value)
+        ),
     },
-    "join": {"parts": Taken("a list of names of parts", is_texts), "to": _NAME},
-    "leave": {"parts": Taken("a list of names of parts", is_texts)},
+    "join": {"parts": VerbArgument("a list of names of parts", is_texts), "to": _NAME},
+    "leave": {"parts": VerbArgument("a list of names of parts", is_texts)},
     "back": {"row": _ROW, "name": _NAME},
     "split": {"part": _NAME},
     "rule": {
         "part": _NAME,
-        "rule": Taken("hidden, see_through or solid", one_valid("hidden", "see_through", "solid")),
-        "value": Taken("true, false or auto", lambda value: is_flag(value) or value == "auto"),
+        "rule": VerbArgument(
+            "hidden, see_through or solid", one_valid("hidden", "see_through", "solid")
+        ),
+        "value": VerbArgument(
+            "true, false or auto", lambda value: is_flag(value) or value == "auto"
+        ),
     },
-    "sit": {"on": Taken("true or false", is_flag)},
+    "sit": {"on": VerbArgument("true or false", is_flag)},
     "undo": {},
     "redo": {},
     "save": {
-        "over": Taken("true or false", is_flag, False, needed=False),
-        "to": Taken("the name of a file", is_text, "", needed=False),
+        "over": VerbArgument("true or false", is_flag, False, needed=False),
+        "to": VerbArgument("the name of a file", is_text, "", needed=False),
     },
-    "study": {"anew": Taken("true or false", is_flag, False, needed=False)},
+    "study": {"anew": VerbArgument("true or false", is_flag, False, needed=False)},
     "reload": {},
 }
 """What a page may ask, and what each verb takes."""

@@ -27,9 +27,9 @@ from workbench.live.frames import (
     waiting_frame,
 )
 from workbench.live.looking import looking_verbs
-from workbench.live.protocol import VERBS, Made, Question, Replies, Run, Work, packed
+from workbench.live.protocol import VERBS, Job, Made, Question, Replies, Run, packed
 from workbench.live.verbs import EDITS
-from workbench.study.bench.answers import Answer, Judged, answer, judged
+from workbench.study.bench.answers import Answer, BenchEvaluation, answer, judged
 from workbench.study.bench.edits import looking_at
 from workbench.study.bench.edits_joints import given_since
 from workbench.study.bench.history import Entry, History
@@ -99,7 +99,7 @@ class Judgement:
             for one in sight_verdicts(self.opened, self.arrangement, here):
                 yield sight_frame(one, here, self.generation)
 
-    def made(self) -> Judged | str | None:
+    def made(self) -> BenchEvaluation | str | None:
         """Judge the state, in any thread; why it cannot be judged, in words; None where the study
         has no posture."""
         if not self.opened.cases:
@@ -230,7 +230,7 @@ class Desk:
         self.there: Present | None = None
         self.shown: Answer | None = None
         self.verdicts: bytes | None = None
-        self.judged: Judged | None = None
+        self.judged: BenchEvaluation | None = None
         self.motions_judged: MotionsJudged | None = None
         self.looked_at: bytes | None = text.data
         self.told_of: bytes | None = text.data
@@ -344,7 +344,7 @@ class Desk:
             placement=placement,
         )
 
-    def take(self, judgement: Judgement, found: Judged | str | None) -> list[bytes]:
+    def take(self, judgement: Judgement, found: BenchEvaluation | str | None) -> list[bytes]:
         """Take what was judged; frames for everybody, none where the state is another by now."""
         if judgement.generation != self.generation:
             return []
@@ -532,7 +532,7 @@ class Desk:
         return self.shown
 
 
-def work_made(work: Work) -> Made:
+def work_made(work: Job) -> Made:
     """Do a piece of work, in any thread; why it cannot be done, as a fault."""
     try:
         return work.made()

@@ -25,7 +25,7 @@ from workbench.study.bench.motions import playing
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.state import OpenStudy
 
-__all__ = ["FPS", "Film", "FilmView", "Take", "film_ending"]
+__all__ = ["FPS", "Film", "FilmView", "MotionClip", "film_ending"]
 
 LONGEST_SIDE = 1280
 SHORTEST_SIDE = 160
@@ -76,7 +76,7 @@ def film_ending() -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
+class MotionClip:
     """A film that can be drawn anywhere: what is drawn, how, and from where it is seen."""
 
     source: Source
@@ -113,7 +113,7 @@ class Film:
     view: FilmView
     fps: float = FPS
 
-    def take(self) -> Take:
+    def take(self) -> MotionClip:
         """Return what is drawn, of the motions as the bench has read them.
 
         Raises
@@ -134,7 +134,7 @@ class Film:
                 width=options.width,
                 height=options.height,
             )
-        return Take(source, options, camera)
+        return MotionClip(source, options, camera)
 
     def _options(self, source: Source) -> DisplayOptions:
         view = self.view

@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from workbench.errors import InputError, WorkbenchError
-from workbench.live.filming import Film, Take, film_ending
+from workbench.live.filming import Film, MotionClip, film_ending
 from workbench.live.pages import Page
 from workbench.live.protocol import packed
 
@@ -35,7 +35,7 @@ NICE = 5
 """By how much it stands back behind other processes, where the system knows that."""
 
 
-def write_apart(take: Take, path: Path, progress: Callable[[int, int], None]) -> int:
+def write_apart(take: MotionClip, path: Path, progress: Callable[[int, int], None]) -> int:
     """Write a film in another process.
 
     Parameters
@@ -76,7 +76,7 @@ def write_apart(take: Take, path: Path, progress: Callable[[int, int], None]) ->
         process.join()
 
 
-def _write(take: Take, path: Path, told: Connection) -> None:
+def _write(take: MotionClip, path: Path, told: Connection) -> None:
     """Write a film, and tell how far it is; None at its end, or why it cannot be made."""
     if hasattr(os, "nice"):
         os.nice(NICE)

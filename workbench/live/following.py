@@ -30,10 +30,10 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.surroundings import Move
 from workbench.model.workplace import Workplace
-from workbench.study.accommodation.chunks import Question
-from workbench.study.accommodation.people_maps import map_plane, map_points, reached_points
+from workbench.study.accommodation.checkpoints import PopulationQuestion
+from workbench.study.accommodation.reach_maps import map_plane, map_points, reached_points
 from workbench.study.bench.crowd import (
-    Crowd,
+    BenchPopulation,
     Settled,
     crowd_question,
     in_columns,
@@ -45,8 +45,8 @@ from workbench.study.bench.crowd_followed import followed, poses_there
 from workbench.study.bench.edits import seated, shifted
 from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.checks.margins import Asked
-from workbench.study.reach_map import from_coarse_to_fine
-from workbench.threads import cores, one_thread
+from workbench.study.reach_map import farthest_point_order
+from workbench.threads import available_cores, one_thread
 
 __all__ = [
     "COARSE",
@@ -137,7 +137,7 @@ class ReachMaps:
         known = self._surfaces[k]
         if known is None or known.place is not place:
             points, normals = map_points(place, self.tasks[k])
-            order, _ = from_coarse_to_fine(points)
+            order, _ = farthest_point_order(points)
             known = _Surface(place, points[order], normals[order])
             self._surfaces[k] = known
         return known
@@ -225,13 +225,13 @@ class Following:
 
     def __init__(self, opened: OpenStudy) -> None:
         self.opened = opened
-        self.crowd: Crowd | None = None
+        self.crowd: BenchPopulation | None = None
         self.words = ""
         self.pieces: list[Ints] = []
         self._first: list[Settled | None] = []
         self._last: list[Settled | None] = []
         self._shown: list[_Margins | None] = []
-        self._questions: list[tuple[tuple[object, ...], Question]] = []
+        self._questions: list[tuple[tuple[object, ...], PopulationQuestion]] = []
         self._asking = Lock()
         self._maps = ReachMaps(opened.maps, ())
 
@@ -254,7 +254,7 @@ class Following:
         is indexed for it serves the others."""
         first = min(1, self.at_hand)
         rest = range(first, self.at_hand)
-        some = [rest[k : k + cores()] for k in range(0, len(rest), cores())]
+        some = [rest[k : k + available_cores()] for k in range(0, len(rest), available_cores())]
         return [range(first), *some] if first else []
 
     def begin(self) -> bytes | None:
@@ -378,7 +378,9 @@ class Following:
                 question = self._question(crowd, held)
                 followed(self.opened, crowd, known[0], question, held, search=search)
 
-    def _nearest(self, number: int, crowd: Crowd, arrangement: Arrangement) -> Settled | None:
+    def _nearest(
+        self, number: int, crowd: BenchPopulation, arrangement: Arrangement
+    ) -> Settled | None:
         """What is known of a piece in the state that is the most like another."""
         known = [one for one in (self._last[number], self._first[number]) if one is not None]
         person = arrangement.people[crowd.row]
@@ -438,7 +440,7 @@ class Following:
         """What is kept of people: where they are, of those at hand alone."""
         return found if number < self.at_hand else replace(found, places=(), who=None)
 
-    def _question(self, crowd: Crowd, arrangement: Arrangement) -> Question:
+    def _question(self, crowd: BenchPopulation, arrangement: Arrangement) -> PopulationQuestion:
         """The same question for the same state, so that what is indexed for it serves again."""
         with self._asking:
             for content, question in self._questions:
@@ -488,15 +490,15 @@ class Following:
         )
 
 
-def _in_pieces(crowd: Crowd) -> list[Ints]:
+def _in_pieces(crowd: BenchPopulation) -> list[Ints]:
     """The people of a crowd in pieces: of those at hand but the first as many as keep all cores
     busy, dealt out so that like people, who cost alike, are in different ones."""
     at_hand = crowd.at_hand
     first = min(FIRST_PIECE, at_hand)
-    turns = -(-(at_hand - first) // (cores() * MOST_FOLLOWED))
+    turns = -(-(at_hand - first) // (available_cores() * MOST_FOLLOWED))
     beginning = np.linspace(0, at_hand - 1, first).round().astype(np.int64)
     others = np.setdiff1d(np.arange(at_hand), beginning)
-    dealt = [others[k :: turns * cores()] for k in range(turns * cores())]
+    dealt = [others[k :: turns * available_cores()] for k in range(turns * available_cores())]
     far = np.arange(at_hand, len(crowd.order))
     rest = np.split(far, np.arange(PIECE, len(far), PIECE))
     return [crowd.order[some] for some in (beginning, *dealt, *rest) if len(some)]

@@ -30,9 +30,9 @@ from workbench.model.units import UNITS, plain
 from workbench.posture.seating.seating import seat_shift
 from workbench.sight.eyes import eyes_of as sight_of
 from workbench.sight.eyes import has_eyes, head_of
-from workbench.study.bench.answers import TOUCHES, Answer, Judged, near_pairs
+from workbench.study.bench.answers import TOUCHES, Answer, BenchEvaluation, near_pairs
 from workbench.study.bench.criteria import role_bodies
-from workbench.study.bench.crowd import Crowd, met_all
+from workbench.study.bench.crowd import BenchPopulation, met_all
 from workbench.study.bench.edits_people import percentile_of, reach_criteria, wearable
 from workbench.study.bench.edits_postures import suggested
 from workbench.study.bench.holding import troubles
@@ -389,7 +389,11 @@ def near_row(pair: NearPair) -> dict[str, Any]:
 
 
 def verdict_frame(
-    judged: Judged | None, motions: MotionsJudged | None, generation: int, *, waits: bool = False
+    judged: BenchEvaluation | None,
+    motions: MotionsJudged | None,
+    generation: int,
+    *,
+    waits: bool = False,
 ) -> bytes:
     """Pack the verdicts of a state, the worst first.
 
@@ -499,7 +503,7 @@ def waiting_frame(words: str) -> bytes:
     return packed({"kind": "people", "words": words})
 
 
-def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
+def people_frame(crowd: BenchPopulation, shown: PeopleShown, generation: int) -> bytes:
     """Pack who of a population fits, reaches and clears, and whom a change has made to: shares from
     `share` to `most`, which differ where something is not known yet."""
     weight = crowd.people.weight[shown.rows]
@@ -550,7 +554,7 @@ def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
     )
 
 
-def _changed(crowd: Crowd, shown: PeopleShown) -> list[dict[str, Any]]:
+def _changed(crowd: BenchPopulation, shown: PeopleShown) -> list[dict[str, Any]]:
     """The people who fit now and did not, or did and do no longer, with what is missed by most."""
     fits = met_all(shown.margin)
     sure = shown.known.all(axis=1) | ~fits

@@ -27,7 +27,7 @@ from workbench.live.filming import FPS, Film, FilmView
 from workbench.live.following import Following
 from workbench.live.frames import move_row, part_shifts
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
-from workbench.live.protocol import Made, Question, Replies, Work, packed
+from workbench.live.protocol import Job, Made, Question, Replies, packed
 from workbench.model.arrays import Bools, Floats
 from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
@@ -39,7 +39,7 @@ from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import check_motion
 from workbench.study.bench.placing import (
-    Field,
+    FieldOfView,
     Placement,
     field_of,
     placed_environment,
@@ -122,7 +122,7 @@ class FieldWork:
         return Made([packed(head | _figures(found, rows), arrays)])
 
 
-def _figures(found: Field, rows: list[dict[str, Any]]) -> dict[str, Any]:
+def _figures(found: FieldOfView, rows: list[dict[str, Any]]) -> dict[str, Any]:
     """How eyes and head are turned, and shares of the field in percent, from left, right, either and
     both eyes."""
     looks, hidden = found.gaze, found.hidden
@@ -141,14 +141,14 @@ def _figures(found: Field, rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _coloured(found: Field) -> Zones:
+def _coloured(found: FieldOfView) -> Zones:
     """Colours of what bounds and hides all that somebody could see from there; the own body has one."""
     names = [OWN if name.startswith("own ") else name for name in found.hidden.names]
     around = obscuration(found.scenery, found.gaze.eyes, step=_COLOURED)
     return zones(names, around.both, around.either - around.both, float(around.free[3]))
 
 
-def _shown(found: Field, coloured: Zones) -> tuple[list[dict[str, Any]], np.ndarray]:
+def _shown(found: FieldOfView, coloured: Zones) -> tuple[list[dict[str, Any]], np.ndarray]:
     """The items that hide most, each with its colour, and the picture (H, W, 3) as 8 bits: what hides
     a direction from one eye only is pale."""
     hidden = found.hidden
@@ -262,7 +262,7 @@ def _mesh(place: WebPlace, placement: Placement) -> Arrays:
     ]
 
 
-class Desk(Protocol):
+class LookedAt(Protocol):
     """What is looked at: an open study in its state, the state that is saved, the number of the
     state, and the population beside it."""
 
@@ -276,7 +276,7 @@ class Desk(Protocol):
 Verb = Callable[[Question], Replies]
 
 
-def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str, Verb]:
+def looking_verbs(desk: LookedAt, *, placement: Callable[[], Answer]) -> Mapping[str, Verb]:
     """The verbs by which a page looks at what a desk has.
 
     Parameters
@@ -307,7 +307,7 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
     def film(question: Question) -> Replies:
         return _film(desk, placement().placement, question)
 
-    def bound(verb: Callable[[Desk, Question], Replies]) -> Verb:
+    def bound(verb: Callable[[LookedAt, Question], Replies]) -> Verb:
         return lambda question: verb(desk, question)
 
     later = {
@@ -323,7 +323,7 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
     return {**own, "film_end": _film_end, **work}
 
 
-def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:
+def _measure(desk: LookedAt, placement: Placement, question: Question) -> Replies:
     one = Thing(**question.given["of"])
     other = Thing(**question.given["to"])
     found = measured(desk.opened, placement, one, other)
@@ -345,13 +345,13 @@ def _name(thing: Thing) -> str:
     return plain(thing.part or thing.control)
 
 
-def _motion(desk: Desk, question: Question) -> Replies:
+def _motion(desk: LookedAt, question: Question) -> Replies:
     check_motion(desk.opened, question.given["case"])
     work = MotionScene(*_state(desk), question.given["case"])
     return _later(question, work, "the motion is being read")
 
 
-def _frames(desk: Desk, question: Question) -> Replies:
+def _frames(desk: LookedAt, question: Question) -> Replies:
     check_motion(desk.opened, question.given["case"])
     begin = question.given["from"]
     end = question.given["to"]
@@ -363,28 +363,28 @@ def _frames(desk: Desk, question: Question) -> Replies:
     return _later(question, work)
 
 
-def _gaps(desk: Desk, question: Question) -> Replies:
+def _gaps(desk: LookedAt, question: Question) -> Replies:
     check_motion(desk.opened, question.given["case"])
     return _later(question, Gaps(*_state(desk), question.given["case"]))
 
 
-def _near(desk: Desk, question: Question) -> Replies:
+def _near(desk: LookedAt, question: Question) -> Replies:
     check_motion(desk.opened, question.given["case"])
     work = Near(*_state(desk), question.given["case"], question.given["frame"])
     return _later(question, work)
 
 
-def _ready(desk: Desk, question: Question) -> Replies:
+def _ready(desk: LookedAt, question: Question) -> Replies:
     given = question.given
     thing = Move(tuple(given["parts"]), tuple(given["controls"]), (0.0, 0.0, 0.0))
     return _later(question, Readiness(desk.following, desk.live, desk.generation, thing))
 
 
-def _state(desk: Desk) -> tuple[OpenStudy, Arrangement, int]:
+def _state(desk: LookedAt) -> tuple[OpenStudy, Arrangement, int]:
     return desk.opened, desk.live, desk.generation
 
 
-def _film(desk: Desk, placement: Placement, question: Question) -> Replies:
+def _film(desk: LookedAt, placement: Placement, question: Question) -> Replies:
     given = question.given
     motion = given["case"]
     if motion:
@@ -421,7 +421,7 @@ def _point(given: list[float]) -> tuple[float, float, float]:
     return float(x), float(y), float(z)
 
 
-def _envelope(desk: Desk, question: Question) -> Replies:
+def _envelope(desk: LookedAt, question: Question) -> Replies:
     given = question.given
     task = ReachTask(
         person=given["person"],
@@ -435,7 +435,7 @@ def _envelope(desk: Desk, question: Question) -> Replies:
     return _later(question, EnvelopeWork(*_state(desk), task), "the reach envelope is being made")
 
 
-def _later(question: Question, work: Work, words: str = "") -> Replies:
+def _later(question: Question, work: Job, words: str = "") -> Replies:
     """That something is begun for who asked."""
     head = {"kind": "busy" if words else "begun", "answers": question.number, "what": words}
     return Replies(asker=[packed(head)], work=work)

@@ -23,9 +23,9 @@ from workbench.errors import InputError
 from workbench.live.frames import near_row
 from workbench.live.protocol import Made, packed
 from workbench.model.arrays import Floats, Ints
+from workbench.model.joint_angles import poses_at
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
-from workbench.model.posing import poses_at
 from workbench.model.units import plain
 from workbench.sight.eyes import eyes_of, has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES

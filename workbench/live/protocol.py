@@ -28,13 +28,13 @@ __all__ = [
     "LONGEST",
     "SUBPROTOCOL",
     "VERBS",
+    "Job",
     "Made",
     "Question",
     "Replies",
     "Run",
-    "Taken",
+    "VerbArgument",
     "Verbs",
-    "Work",
     "is_flag",
     "is_number",
     "is_point",
@@ -152,7 +152,7 @@ def one_valid(*valid: object) -> Callable[[Any], bool]:
 
 
 @dataclass(frozen=True)
-class Taken:
+class VerbArgument:
     """Something that a verb takes: what it must be, in words and as a check; and what holds where
     it is not given, `needed` where it must be."""
 
@@ -162,96 +162,101 @@ class Taken:
     needed: bool = True
 
 
-Verbs = Mapping[str, Mapping[str, Taken]]
+Verbs = Mapping[str, Mapping[str, VerbArgument]]
 """What may be asked of a desk, and what each verb takes."""
-_PERSON = Taken("the name of a person", is_text)
-_DONE = Taken("true or false", is_flag, True, needed=False)
-_METRES = Taken("a number of metres", is_number)
-_THING = Taken("a part, a control, or a person and a segment", _thing)
-_MOTION = Taken("the name of a case that is a motion", is_text)
-_FRAME = Taken("the number of a frame", _count)
+_PERSON = VerbArgument("the name of a person", is_text)
+_DONE = VerbArgument("true or false", is_flag, True, needed=False)
+_METRES = VerbArgument("a number of metres", is_number)
+_THING = VerbArgument("a part, a control, or a person and a segment", _thing)
+_MOTION = VerbArgument("the name of a case that is a motion", is_text)
+_FRAME = VerbArgument("the number of a frame", _count)
 _GRIPS = tuple(grip for grips in GRIPS.values() for grip in grips)
 
 VERBS: Verbs = {
     "joint": {
         "person": _PERSON,
-        "joint": Taken("the mnemonic of a joint", is_text),
-        "axis": Taken("0, 1 or 2", one_valid(0, 1, 2)),
-        "degrees": Taken("a number of degrees", is_number),
+        "joint": VerbArgument("the mnemonic of a joint", is_text),
+        "axis": VerbArgument("0, 1 or 2", one_valid(0, 1, 2)),
+        "degrees": VerbArgument("a number of degrees", is_number),
         "done": _DONE,
     },
     "hand": {
         "person": _PERSON,
-        "limb": Taken("a hand or foot", one_valid(*HANDS, *FEET)),
-        "target": Taken("three numbers of metres", is_point, needed=False),
-        "control": Taken("the name of a control", is_text, "", needed=False),
-        "grip": Taken("a grip", one_valid(*_GRIPS), needed=False),
-        "zone": Taken("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
-        "obstacles": Taken("true or false", is_flag, False, needed=False),
+        "limb": VerbArgument("a hand or foot", one_valid(*HANDS, *FEET)),
+        "target": VerbArgument("three numbers of metres", is_point, needed=False),
+        "control": VerbArgument("the name of a control", is_text, "", needed=False),
+        "grip": VerbArgument("a grip", one_valid(*_GRIPS), needed=False),
+        "zone": VerbArgument("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
+        "obstacles": VerbArgument("true or false", is_flag, False, needed=False),
         "done": _DONE,
     },
     "seat": {"person": _PERSON, "forward": _METRES, "up": _METRES, "done": _DONE},
     "move": {
-        "parts": Taken("a list of names of parts", is_texts, [], needed=False),
-        "controls": Taken("a list of names of controls", is_texts, [], needed=False),
-        "by": Taken("three numbers of metres", is_point),
+        "parts": VerbArgument("a list of names of parts", is_texts, [], needed=False),
+        "controls": VerbArgument("a list of names of controls", is_texts, [], needed=False),
+        "by": VerbArgument("three numbers of metres", is_point),
         "done": _DONE,
     },
     "ready": {
-        "parts": Taken("a list of names of parts", is_texts, [], needed=False),
-        "controls": Taken("a list of names of controls", is_texts, [], needed=False),
+        "parts": VerbArgument("a list of names of parts", is_texts, [], needed=False),
+        "controls": VerbArgument("a list of names of controls", is_texts, [], needed=False),
     },
     "adjust": {
-        "name": Taken("the name of an adjustment", is_text),
-        "value": Taken("a number of metres, or of radians", is_number),
+        "name": VerbArgument("the name of an adjustment", is_text),
+        "value": VerbArgument("a number of metres, or of radians", is_number),
     },
     "size": {
         "person": _PERSON,
-        "sex": Taken("male or female", one_valid("male", "female"), "", needed=False),
-        "measures": Taken("metres by the name of a measure", _numbers, {}, needed=False),
-        "percentiles": Taken("percentiles by the name of a measure", _numbers, {}, needed=False),
-        "mass": Taken("a number of kilograms", is_number, needed=False),
-        "age": Taken("a number of years", is_number, needed=False),
+        "sex": VerbArgument("male or female", one_valid("male", "female"), "", needed=False),
+        "measures": VerbArgument("metres by the name of a measure", _numbers, {}, needed=False),
+        "percentiles": VerbArgument(
+            "percentiles by the name of a measure", _numbers, {}, needed=False
+        ),
+        "mass": VerbArgument("a number of kilograms", is_number, needed=False),
+        "age": VerbArgument("a number of years", is_number, needed=False),
     },
-    "clothes": {"person": _PERSON, "clothes": Taken("a list of names of clothes", is_texts)},
-    "harness": {"person": _PERSON, "zone": Taken("1, 2 or 3", one_valid(*ZONES), needed=False)},
-    "posture": {"person": _PERSON, "name": Taken("the name of a posture", is_text)},
+    "clothes": {"person": _PERSON, "clothes": VerbArgument("a list of names of clothes", is_texts)},
+    "harness": {
+        "person": _PERSON,
+        "zone": VerbArgument("1, 2 or 3", one_valid(*ZONES), needed=False),
+    },
+    "posture": {"person": _PERSON, "name": VerbArgument("the name of a posture", is_text)},
     "predict": {
         "person": _PERSON,
-        "like": Taken("the name of a posture", is_text),
-        "holds": Taken(
+        "like": VerbArgument("the name of a posture", is_text),
+        "holds": VerbArgument(
             "names of controls by limb", lambda value: _named(value, is_text), {}, needed=False
         ),
-        "eyes": Taken("the name of a point", is_text, "", needed=False),
-        "heels": Taken("the name of a point", is_text, "", needed=False),
-        "everywhere": Taken("true or false", is_flag, False, needed=False),
-        "free": Taken("true or false", is_flag, False, needed=False),
+        "eyes": VerbArgument("the name of a point", is_text, "", needed=False),
+        "heels": VerbArgument("the name of a point", is_text, "", needed=False),
+        "everywhere": VerbArgument("true or false", is_flag, False, needed=False),
+        "free": VerbArgument("true or false", is_flag, False, needed=False),
     },
     "free": {"person": _PERSON},
     "mirror": {"person": _PERSON},
-    "case": {"name": Taken("the name of a case", is_text)},
+    "case": {"name": VerbArgument("the name of a case", is_text)},
     "criterion": {
         "person": _PERSON,
-        "segment": Taken("the name of a segment", is_text),
-        "part": Taken("the name of a part", is_text, "", needed=False),
-        "other": Taken("the name of a person", is_text, "", needed=False),
-        "other_segment": Taken("the name of a segment", is_text, "", needed=False),
+        "segment": VerbArgument("the name of a segment", is_text),
+        "part": VerbArgument("the name of a part", is_text, "", needed=False),
+        "other": VerbArgument("the name of a person", is_text, "", needed=False),
+        "other_segment": VerbArgument("the name of a segment", is_text, "", needed=False),
         "at_least": _METRES,
-        "name": Taken("a name", is_text, "", needed=False),
+        "name": VerbArgument("a name", is_text, "", needed=False),
     },
     "measure": {"of": _THING, "to": _THING},
     "ghost": {},
     "film": {
-        "case": Taken("the name of a case that is a motion", is_text, "", needed=False),
-        "eye": Taken("three numbers of metres", is_point),
-        "at": Taken("three numbers of metres", is_point),
-        "angle": Taken("a number of radians", is_number),
-        "width": Taken("a number of pixels from 1 on", _pixels),
-        "height": Taken("a number of pixels from 1 on", _pixels),
-        "eyes": Taken("the name of a person", is_text, "", needed=False),
-        "hidden": Taken("a list of names of parts", is_texts, [], needed=False),
-        "without": Taken("a list of names of people", is_texts, [], needed=False),
-        "section": Taken(
+        "case": VerbArgument("the name of a case that is a motion", is_text, "", needed=False),
+        "eye": VerbArgument("three numbers of metres", is_point),
+        "at": VerbArgument("three numbers of metres", is_point),
+        "angle": VerbArgument("a number of radians", is_number),
+        "width": VerbArgument("a number of pixels from 1 on", _pixels),
+        "height": VerbArgument("a number of pixels from 1 on", _pixels),
+        "eyes": VerbArgument("the name of a person", is_text, "", needed=False),
+        "hidden": VerbArgument("a list of names of parts", is_texts, [], needed=False),
+        "without": VerbArgument("a list of names of people", is_texts, [], needed=False),
+        "section": VerbArgument(
             "an axis, a side and a number of metres",
             lambda value: is_point(value) and value[0] in (0, 1, 2) and value[1] in (-1, 1),
             needed=False,
@@ -260,15 +265,15 @@ VERBS: Verbs = {
     "film_end": {},
     "envelope": {
         "person": _PERSON,
-        "limb": Taken("a hand", one_valid(*HANDS)),
-        "zone": Taken("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
-        "obstacles": Taken("true or false", is_flag, True, needed=False),
+        "limb": VerbArgument("a hand", one_valid(*HANDS)),
+        "zone": VerbArgument("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
+        "obstacles": VerbArgument("true or false", is_flag, True, needed=False),
     },
     "field": {
         "person": _PERSON,
-        "toward": Taken("three numbers", is_point),
-        "within": Taken("30, 60, 90 or 180", one_valid(30, 60, 90, 180), 60, needed=False),
-        "fine": Taken("true or false", is_flag, False, needed=False),
+        "toward": VerbArgument("three numbers", is_point),
+        "within": VerbArgument("30, 60, 90 or 180", one_valid(30, 60, 90, 180), 60, needed=False),
+        "fine": VerbArgument("true or false", is_flag, False, needed=False),
     },
     "motion": {"case": _MOTION},
     "frames": {"case": _MOTION, "from": _FRAME, "to": _FRAME},
@@ -278,14 +283,16 @@ VERBS: Verbs = {
     "undo": {},
     "redo": {},
     "save": {
-        "sharing": Taken("ask, all or one", one_valid("ask", "all", "one"), "ask", needed=False),
-        "over": Taken("true or false", is_flag, False, needed=False),
-        "to": Taken("the name of a file", is_text, "", needed=False),
+        "sharing": VerbArgument(
+            "ask, all or one", one_valid("ask", "all", "one"), "ask", needed=False
+        ),
+        "over": VerbArgument("true or false", is_flag, False, needed=False),
+        "to": VerbArgument("the name of a file", is_text, "", needed=False),
     },
     "reload": {},
     "report": {
-        "people": Taken("a number of people", _count, 0, needed=False),
-        "how": Taken(
+        "people": VerbArgument("a number of people", _count, 0, needed=False),
+        "how": VerbArgument(
             "ask, as it is or anew", one_valid("ask", "as it is", "anew"), "ask", needed=False
         ),
     },
@@ -349,7 +356,9 @@ def _finite(text: str) -> float:
     return value
 
 
-def _given(verb: str, taken: Mapping[str, Taken], message: Mapping[str, Any]) -> dict[str, Any]:
+def _given(
+    verb: str, taken: Mapping[str, VerbArgument], message: Mapping[str, Any]
+) -> dict[str, Any]:
     """What a verb takes, with what holds where something is not given."""
     for key in message:
         if key not in taken:
@@ -403,10 +412,10 @@ class Made:
     """Frames for who asked, and the work that goes on from there; None where it is done."""
 
     frames: list[bytes]
-    more: Work | None = None
+    more: Job | None = None
 
 
-class Work(Protocol):
+class Job(Protocol):
     """Something that takes long, of a frozen state; it is done in a thread of its own.
 
     A newer one of the same kind that the same page asks for takes its place.
@@ -454,7 +463,7 @@ class Replies:
     everybody: list[bytes] = field(default_factory=list)
     asker: list[bytes] = field(default_factory=list)
     changed: bool = False
-    work: Work | None = None
+    work: Job | None = None
     film: Film | None = None
     film_ends: bool = False
     study: Path | None = None

@@ -45,15 +45,15 @@ from workbench.live.pages import Page, PageClosedError, Waiting
 from workbench.live.protocol import (
     LONGEST,
     SUBPROTOCOL,
+    Job,
     Question,
     Replies,
     Verbs,
-    Work,
     packed,
     parsed,
 )
 from workbench.live.running import Runner, Runs
-from workbench.threads import cores
+from workbench.threads import available_cores
 
 try:
     import uvicorn
@@ -197,7 +197,7 @@ class Hub:
         self.looked = asyncio.Event()
         self.rested = asyncio.Event()
         self.begun = asyncio.Event()
-        self.works: list[tuple[Page, Work]] = []
+        self.works: list[tuple[Page, Job]] = []
         self.ended = False
         self.known: deque[int] = deque(maxlen=MOST_KNOWN)
         self.tasks: dict[str, asyncio.Task[None]] = {}
@@ -207,7 +207,7 @@ class Hub:
         self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
         self.jobs = ThreadPoolExecutor(1, "jobs")
-        self.following = ThreadPoolExecutor(cores(), "follow")
+        self.following = ThreadPoolExecutor(available_cores(), "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
         self.seeing = ThreadPoolExecutor(1, "see")
         self.films = Films(lambda error: fault_frame(None, words_of(error)))
@@ -363,7 +363,7 @@ class Hub:
         self.start()
         await self.send(Replies(everybody=[packed({"kind": "moved"})]))
 
-    def begin(self, page: Page, work: Work) -> None:
+    def begin(self, page: Page, work: Job) -> None:
         """Let another thread do something for a page, in the place of what is of the same
         kind."""
         self.works = [(one, w) for one, w in self.works if (one, w.kind) != (page, work.kind)]

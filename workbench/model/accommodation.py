@@ -22,7 +22,7 @@ __all__ = [
     "SHARE_TOLERANCE",
     "Certainty",
     "Change",
-    "Gain",
+    "DesignChange",
     "GroupShare",
     "IntervalRule",
     "MapTask",
@@ -226,7 +226,7 @@ class GroupShare:
 
 
 @dataclass(frozen=True)
-class Gain:
+class DesignChange:
     """What a change of the design would gain, found from the margins and confirmed by a run with
     the change made.
 

@@ -1,6 +1,6 @@
 """Arrays inside frozen nouns are read-only, of one dtype and of a checked shape.
 
-A `Spool` grows row by row, in memory while it is small, in a temporary file beyond: memory stays
+A `GrowingArray` grows row by row, in memory while it is small, in a temporary file beyond: memory stays
 bounded.
 """
 
@@ -23,12 +23,12 @@ __all__ = [
     "ArrayKind",
     "Bools",
     "Floats",
+    "GrowingArray",
     "Ints",
-    "Spool",
     "for_rows",
     "freeze_fields",
-    "frozen",
     "pieces",
+    "read_only",
     "xyz",
 ]
 
@@ -39,7 +39,7 @@ ArrayKind = tuple[type, tuple[int | None, ...]]
 """The dtype of an array, and its shape; None is any length."""
 
 
-def frozen(
+def read_only(
     values: ArrayLike, dtype: type, shape: tuple[int | None, ...], what: str
 ) -> NDArray[Any]:
     """Return a read-only C-ordered copy of `values` with this dtype, or `values` itself where
@@ -63,9 +63,9 @@ def for_rows(
     values: ArrayLike, dtype: type, shape: tuple[int, ...], *, rows: int, what: str
 ) -> NDArray[Any]:
     """Return a read-only array (rows, *shape) of this dtype: the values as given, or the same for
-    all rows where they have this shape alone. Raises as `frozen`."""
+    all rows where they have this shape alone. Raises as `read_only`."""
     wanted = shape if np.ndim(values) <= len(shape) else (rows, *shape)
-    return np.broadcast_to(frozen(values, dtype, wanted, what), (rows, *shape))
+    return np.broadcast_to(read_only(values, dtype, wanted, what), (rows, *shape))
 
 
 def freeze_fields(noun: object, arrays: Mapping[str, ArrayKind], called: str) -> None:
@@ -83,10 +83,10 @@ def freeze_fields(noun: object, arrays: Mapping[str, ArrayKind], called: str) ->
     Raises
     ------
     InputError
-        As `frozen` raises it, naming noun and field.
+        As `read_only` raises it, naming noun and field.
     """
     for name, (dtype, shape) in arrays.items():
-        value = frozen(getattr(noun, name), dtype, shape, f"{called}.{name}")
+        value = read_only(getattr(noun, name), dtype, shape, f"{called}.{name}")
         object.__setattr__(noun, name, value)
 
 
@@ -149,7 +149,7 @@ def pieces(count: int, *, size: int = PIECE) -> Iterator[slice]:
         yield slice(first, min(first + size, count))
 
 
-class Spool:
+class GrowingArray:
     """Rows of one shape that are added piece by piece and become one read-only array.
 
     Beyond IN_MEMORY bytes they go to a file without a name in the folder for temporary files

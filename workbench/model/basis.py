@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.model.arrays import Floats, Ints, frozen
+from workbench.model.arrays import Floats, Ints, read_only
 
 __all__ = ["Detail", "ShapeBasis", "in_order"]
 
@@ -55,7 +55,7 @@ class Detail:
         }
         for field, (dtype, shape) in shapes.items():
             object.__setattr__(
-                self, field, frozen(getattr(self, field), dtype, shape, f"basis.{field}")
+                self, field, read_only(getattr(self, field), dtype, shape, f"basis.{field}")
             )
 
 
@@ -109,7 +109,7 @@ class ShapeBasis:
         }
         for field, shape in shapes.items():
             object.__setattr__(
-                self, field, frozen(getattr(self, field), np.float64, shape, f"basis.{field}")
+                self, field, read_only(getattr(self, field), np.float64, shape, f"basis.{field}")
             )
         for level, detail in self.details.items():
             if len(detail.centre_basis) != k:

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.errors import UsageError
 from workbench.model.arguments import check_fields
-from workbench.model.arrays import Bools, Ints, frozen
+from workbench.model.arrays import Bools, Ints, read_only
 from workbench.model.poses import Placed
 
 __all__ = ["Bystander"]
@@ -47,7 +47,9 @@ class Bystander:
         if len(self.placed) != 1:
             raise UsageError(f"bystander {self.name}: expected one pose, got {len(self.placed)}")
         count = len(self.placed.body.sphere_names)
-        object.__setattr__(self, "solid", frozen(self.solid, np.bool_, (count,), "bystander.solid"))
+        object.__setattr__(
+            self, "solid", read_only(self.solid, np.bool_, (count,), "bystander.solid")
+        )
 
     def __repr__(self) -> str:
         return f"Bystander({self.name!r}, {self.placed.body!r})"

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.model.accommodation import met_of
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, read_only
 from workbench.model.units import Unit
 
 __all__ = ["Comparison", "Judged", "PairedShare"]
@@ -47,13 +47,13 @@ class Judged:
     def __post_init__(self) -> None:
         people = len(self.labels)
         count = len(self.requirements)
-        object.__setattr__(self, "sex", frozen(self.sex, np.int64, (people,), "judged.sex"))
+        object.__setattr__(self, "sex", read_only(self.sex, np.int64, (people,), "judged.sex"))
         for name in ("weight", "stature"):
             object.__setattr__(
-                self, name, frozen(getattr(self, name), np.float64, (people,), f"judged.{name}")
+                self, name, read_only(getattr(self, name), np.float64, (people,), f"judged.{name}")
             )
         object.__setattr__(
-            self, "margin", frozen(self.margin, np.float64, (people, count), "judged.margin")
+            self, "margin", read_only(self.margin, np.float64, (people, count), "judged.margin")
         )
         if len(set(self.requirements)) < count:
             raise InputError(f"{self.name}: a requirement stands twice")

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.errors import UsageError
 from workbench.model.arguments import check_index, chosen_rows, given_words
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, read_only
 from workbench.model.body import DIRECTIONS, Body
 from workbench.model.environment import Environment
 
@@ -51,16 +51,16 @@ class Contacts:
         count = len(self.distance)
         for name in ("pose", "sphere", "part", "polygon", "other_sphere", "facing", "other_facing"):
             object.__setattr__(
-                self, name, frozen(getattr(self, name), np.int64, (count,), f"contacts.{name}")
+                self, name, read_only(getattr(self, name), np.int64, (count,), f"contacts.{name}")
             )
         for name in ("distance", "allowed"):
             object.__setattr__(
-                self, name, frozen(getattr(self, name), np.float64, (count,), f"contacts.{name}")
+                self, name, read_only(getattr(self, name), np.float64, (count,), f"contacts.{name}")
             )
         for name in ("point", "normal"):
             shape = (count, 3)
             object.__setattr__(
-                self, name, frozen(getattr(self, name), np.float64, shape, f"contacts.{name}")
+                self, name, read_only(getattr(self, name), np.float64, shape, f"contacts.{name}")
             )
 
     def __len__(self) -> int:
@@ -253,11 +253,11 @@ class Episodes:
         count = len(self.enter)
         for name in ("enter", "deepest", "leave", "distance", "allowed"):
             object.__setattr__(
-                self, name, frozen(getattr(self, name), float, (count,), f"episodes.{name}")
+                self, name, read_only(getattr(self, name), float, (count,), f"episodes.{name}")
             )
         for name in ("segment", "sphere", "part", "other_segment", "other_sphere", "frame"):
             object.__setattr__(
-                self, name, frozen(getattr(self, name), int, (count,), f"episodes.{name}")
+                self, name, read_only(getattr(self, name), int, (count,), f"episodes.{name}")
             )
 
     def __len__(self) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.model.arguments import check_fields, short_repr
-from workbench.model.arrays import Floats, frozen
+from workbench.model.arrays import Floats, read_only
 
 __all__ = ["ANGLES", "Driver", "DrivingAims", "DrivingAngles", "Package"]
 
@@ -98,5 +98,5 @@ class DrivingAngles:
             object.__setattr__(
                 self,
                 name,
-                frozen(getattr(self, name), np.float64, (len(ANGLES),), f"angles.{name}"),
+                read_only(getattr(self, name), np.float64, (len(ANGLES),), f"angles.{name}"),
             )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, read_only
 
 __all__ = ["GRADES", "Envelope", "Losses", "RayReach", "ReachTask"]
 
@@ -33,11 +33,11 @@ class Losses:
         count = len(self.ray)
         for name in ("ray", "part"):
             object.__setattr__(
-                self, name, frozen(getattr(self, name), np.int64, (count,), f"losses.{name}")
+                self, name, read_only(getattr(self, name), np.int64, (count,), f"losses.{name}")
             )
         for name in ("begin", "end"):
             object.__setattr__(
-                self, name, frozen(getattr(self, name), np.float64, (count,), f"losses.{name}")
+                self, name, read_only(getattr(self, name), np.float64, (count,), f"losses.{name}")
             )
 
     def __len__(self) -> int:
@@ -72,11 +72,17 @@ class RayReach:
         put = object.__setattr__
         rays = len(self.direction)
         for name in ("origin", "direction"):
-            put(self, name, frozen(getattr(self, name), np.float64, (rays, 3), f"ray_reach.{name}"))
+            put(
+                self,
+                name,
+                read_only(getattr(self, name), np.float64, (rays, 3), f"ray_reach.{name}"),
+            )
         for name in ("outer", "inner", "clear_outer", "clear_inner"):
-            put(self, name, frozen(getattr(self, name), np.float64, (rays,), f"ray_reach.{name}"))
+            put(
+                self, name, read_only(getattr(self, name), np.float64, (rays,), f"ray_reach.{name}")
+            )
         for name in ("reached", "clear"):
-            put(self, name, frozen(getattr(self, name), np.bool_, (rays,), f"ray_reach.{name}"))
+            put(self, name, read_only(getattr(self, name), np.bool_, (rays,), f"ray_reach.{name}"))
         for name in ("easy_outer", "easy_inner"):
             value = np.array(getattr(self, name), dtype=np.float64)
             value.setflags(write=False)
@@ -140,14 +146,14 @@ class Envelope:
     def __post_init__(self) -> None:
         put = object.__setattr__
         rays = len(self.about)
-        put(self, "origin", frozen(self.origin, np.float64, (3,), "envelope.origin"))
-        put(self, "cell", frozen(self.cell, np.float64, (rays,), "envelope.cell"))
+        put(self, "origin", read_only(self.origin, np.float64, (3,), "envelope.origin"))
+        put(self, "cell", read_only(self.cell, np.float64, (rays,), "envelope.cell"))
         put(
             self,
             "heights",
-            frozen(self.heights, np.float64, (len(self.heights),), "envelope.heights"),
+            read_only(self.heights, np.float64, (len(self.heights),), "envelope.heights"),
         )
-        put(self, "triangles", frozen(self.triangles, np.int64, (None, 3), "envelope.triangles"))
+        put(self, "triangles", read_only(self.triangles, np.int64, (None, 3), "envelope.triangles"))
 
     @property
     def volume(self) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, Ints, frozen
+from workbench.model.arrays import Floats, Ints, read_only
 
 __all__ = ["Bones", "Markers", "SegmentTrack", "rising_time"]
 
@@ -45,12 +45,16 @@ class Bones:
     def __post_init__(self) -> None:
         bones = len(self.names)
         frames = len(self.time)
-        object.__setattr__(self, "parent", frozen(self.parent, np.int64, (bones,), "bones.parent"))
         object.__setattr__(
-            self, "offset", frozen(self.offset, np.float64, (bones, 3), "bones.offset")
+            self, "parent", read_only(self.parent, np.int64, (bones,), "bones.parent")
+        )
+        object.__setattr__(
+            self, "offset", read_only(self.offset, np.float64, (bones, 3), "bones.offset")
         )
         for name, width in (("rotations", 4), ("shift", 3)):
-            given = frozen(getattr(self, name), np.float64, (frames, bones, width), f"bones.{name}")
+            given = read_only(
+                getattr(self, name), np.float64, (frames, bones, width), f"bones.{name}"
+            )
             object.__setattr__(self, name, given)
         object.__setattr__(self, "time", rising_time(self.time, self.file))
 
@@ -72,7 +76,7 @@ class Markers:
     def __post_init__(self) -> None:
         shape = (len(self.time), len(self.names), 3)
         object.__setattr__(
-            self, "position", frozen(self.position, np.float64, shape, "markers.position")
+            self, "position", read_only(self.position, np.float64, shape, "markers.position")
         )
         object.__setattr__(self, "time", rising_time(self.time, self.file))
 
@@ -93,7 +97,7 @@ class SegmentTrack:
 
     def __post_init__(self) -> None:
         shape = (len(self.time), len(self.segments), 3, 4)
-        world = frozen(
+        world = read_only(
             self.world_from_segment, np.float64, shape, "segment_track.world_from_segment"
         )
         object.__setattr__(self, "world_from_segment", world)
@@ -103,7 +107,7 @@ class SegmentTrack:
 def rising_time(time: Floats, file: str) -> Floats:
     """(P,) [s] read-only; InputError where times are not finite or do not rise, naming the first
     wrong frame."""
-    checked: Floats = frozen(time, np.float64, (None,), f"{file}: time")
+    checked: Floats = read_only(time, np.float64, (None,), f"{file}: time")
     if len(checked) == 0:
         raise InputError(f"{file}: holds no frame")
     if not np.all(np.isfinite(checked)):

@@ -18,9 +18,9 @@ from workbench.model.simulation import Belt, ContactRule, Pulse
 
 __all__ = [
     "Agreement",
+    "ContactEvent",
     "Excursion",
     "ForceCurve",
-    "Meeting",
     "MotionCase",
     "Signal",
     "SignalPoint",
@@ -93,7 +93,7 @@ class MotionCase:
 
 
 @dataclass(frozen=True)
-class Meeting:
+class ContactEvent:
     """One contact of the motion. who: the sphere that meets first in words ("head, forehead
     (front)"); deep: the one that is deepest; other: the part or segment. sphere, polygon,
     other_sphere: the numbers of what is deepest, of a polygon in its part; -1 where there is none.

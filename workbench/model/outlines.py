@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, frozen
+from workbench.model.arrays import Floats, read_only
 
 __all__ = ["Outlines", "crossing"]
 
@@ -29,8 +29,10 @@ class Outlines:
 
     def __post_init__(self) -> None:
         count = len(self.points)
-        station = frozen(self.station, np.float64, (count,), f"{self.name}: station")
-        loops = tuple(frozen(p, np.float64, (None, 2), f"{self.name}: points") for p in self.points)
+        station = read_only(self.station, np.float64, (count,), f"{self.name}: station")
+        loops = tuple(
+            read_only(p, np.float64, (None, 2), f"{self.name}: points") for p in self.points
+        )
         object.__setattr__(self, "station", station)
         object.__setattr__(self, "points", loops)
         if self.axis not in (0, 1, 2):

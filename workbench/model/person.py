@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, frozen
+from workbench.model.arrays import Floats, read_only
 from workbench.model.body import Body
 from workbench.model.population import SEXES, PopulationModel, check_measures
 from workbench.model.poses import Poses
@@ -36,9 +36,9 @@ class Growth:
 
     def __post_init__(self) -> None:
         ages = len(self.age)
-        object.__setattr__(self, "age", frozen(self.age, np.float64, (ages,), "growth.age"))
+        object.__setattr__(self, "age", read_only(self.age, np.float64, (ages,), "growth.age"))
         shape = (len(SEXES), len(self.names), ages, 3)
-        object.__setattr__(self, "lms", frozen(self.lms, np.float64, shape, "growth.lms"))
+        object.__setattr__(self, "lms", read_only(self.lms, np.float64, shape, "growth.lms"))
         check_measures(self.names)
         if ages < 2 or not np.all(np.diff(self.age) > 0):
             raise InputError(f"growth {self.name}: two or more rising ages are needed")

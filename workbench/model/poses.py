@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.model.arguments import above, check_fields, check_index, chosen_rows
-from workbench.model.arrays import Bools, Floats, Ints, Spool, frozen, pieces
+from workbench.model.arrays import Bools, Floats, GrowingArray, Ints, pieces, read_only
 from workbench.model.body import Body
 
 __all__ = [
@@ -47,7 +47,7 @@ class Poses:
         return f"Poses({len(self)} poses of {self.rotations.shape[1]} joints)"
 
     def __post_init__(self) -> None:
-        rotations = frozen(self.rotations, np.float64, (None, None, 4), "poses.rotations")
+        rotations = read_only(self.rotations, np.float64, (None, None, 4), "poses.rotations")
         poses, joints = rotations.shape[:2]
         if not isinstance(self.reference, (int, np.integer)) or isinstance(self.reference, bool):
             raise InputError(
@@ -56,7 +56,7 @@ class Poses:
         if not 0 <= self.reference <= joints:
             words = f"expected 0 to {joints}, the segments of a body of {joints} joints"
             raise InputError(f"poses.reference: {words}, got {self.reference}")
-        place = frozen(
+        place = read_only(
             self.world_from_reference, np.float64, (poses, 3, 4), "poses.world_from_reference"
         )
         for rows in pieces(poses, size=_CHECKED):
@@ -64,7 +64,7 @@ class Poses:
         object.__setattr__(self, "rotations", rotations)
         object.__setattr__(self, "world_from_reference", place)
         if self.time is not None:
-            time = frozen(self.time, np.float64, (poses,), "poses.time")
+            time = read_only(self.time, np.float64, (poses,), "poses.time")
             if not np.all(np.isfinite(time)):
                 raise InputError("poses.time: expected finite times [s]")
             object.__setattr__(self, "time", time)
@@ -117,13 +117,13 @@ class Placed:
         check_fields(self)
         n = len(self.body.segments)
         s = len(self.body.sphere_names)
-        world = frozen(
+        world = read_only(
             self.world_from_segment, np.float64, (None, n, 3, 4), "placed.world_from_segment"
         )
         object.__setattr__(self, "world_from_segment", world)
-        centres = frozen(self.centres, np.float64, (len(world), s, 3), "placed.centres")
+        centres = read_only(self.centres, np.float64, (len(world), s, 3), "placed.centres")
         object.__setattr__(self, "centres", centres)
-        object.__setattr__(self, "window", frozen(self.window, np.bool_, (n,), "placed.window"))
+        object.__setattr__(self, "window", read_only(self.window, np.bool_, (n,), "placed.window"))
         person = self.person if np.size(self.person) else _first_rows(len(world))
         person = _rows(person, len(world), "placed.person")
         if len(self.body) > 1 or person.any():
@@ -145,13 +145,13 @@ def stacked(parts: Iterable[Poses]) -> Poses:
     """One motion of parts that follow each other, all with times and the same reference segment; a
     long one is kept in a file (`workbench.model.arrays`). InputError where there is none, or they
     name different reference segments."""
-    kept: tuple[Spool, Spool, Spool] | None = None
+    kept: tuple[GrowingArray, GrowingArray, GrowingArray] | None = None
     reference = -1
     person: list[Ints] = []
     for part in parts:
         if kept is None:
             reference = part.reference
-            kept = Spool(part.rotations.shape[1], 4), Spool(3, 4), Spool()
+            kept = GrowingArray(part.rotations.shape[1], 4), GrowingArray(3, 4), GrowingArray()
         if part.reference != reference:
             raise InputError("poses with different reference segments cannot be one motion")
         for spool, rows in zip(
@@ -176,7 +176,7 @@ def _first_rows(count: int) -> Ints:
 
 def _rows(person: Ints, count: int, what: str) -> Ints:
     """Rows of a body (P,); InputError where they are no such numbers."""
-    rows = frozen(person, np.int64, (count,), what)
+    rows = read_only(person, np.int64, (count,), what)
     if rows.min(initial=0) < 0:
         raise InputError(f"{what}: expected numbers of rows from 0 on, got {rows.min()}")
     return rows

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, read_only
 from workbench.model.body import Body
 from workbench.model.criterion import NO_REASON, TOO_SHORT, Reason, hider
+from workbench.model.joint_angles import compose
 from workbench.model.poses import Poses, people_of
-from workbench.model.posing import compose
 from workbench.model.units import plain
 
 __all__ = ["DOUBTS", "MOST_SPARE", "Reach", "join_reaches", "stop_reason"]
@@ -99,7 +99,9 @@ class Reach:
         self._freeze("angles", np.float64, (*shape, len(self.joints), 3))
 
     def _freeze(self, name: str, dtype: type, shape: tuple[int, ...]) -> None:
-        object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape, f"reach.{name}"))
+        object.__setattr__(
+            self, name, read_only(getattr(self, name), dtype, shape, f"reach.{name}")
+        )
 
     def __len__(self) -> int:
         return len(self.reached)

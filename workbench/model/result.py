@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, one_of
 from workbench.model.accommodation import (
-    Gain,
+    DesignChange,
     GroupShare,
     ReachMap,
     Requirement,
@@ -32,9 +32,9 @@ from workbench.model.envelope import Envelope
 from workbench.model.environment import Adjustment, Environment
 from workbench.model.motion_case import (
     Agreement,
+    ContactEvent,
     Excursion,
     ForceCurve,
-    Meeting,
     MotionCase,
     Signal,
     StopBreach,
@@ -49,6 +49,7 @@ __all__ = [
     "ControlReach",
     "Finding",
     "GripFinding",
+    "Illustration",
     "MotionFound",
     "PeopleOverlap",
     "PersonFound",
@@ -56,14 +57,13 @@ __all__ = [
     "PosturesFound",
     "Result",
     "Shortfall",
-    "Shown",
     "TriedChange",
     "Verdict",
 ]
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class Illustration:
     """One of the hardest people as found at the worst requirement, to be drawn.
 
     row: of the person; requirement: index of the worst; case: the name of the case; body, poses:
@@ -155,8 +155,8 @@ class ChangedPerson:
     """
 
     row: int
-    before: Shown
-    after: Shown
+    before: Illustration
+    after: Illustration
 
     __repr__ = short_repr
 
@@ -177,7 +177,7 @@ class TriedChange:
         lacking.
     """
 
-    gain: Gain
+    gain: DesignChange
     person: ChangedPerson | None = None
     margins: tuple[float, float] = (0.0, 0.0)
 
@@ -278,8 +278,8 @@ class PopulationFound:
     tried: tuple[TriedChange, ...]
     maps: tuple[ReachMap, ...]
     warnings: tuple[str, ...]
-    shown: tuple[Shown, ...] = ()
-    beheld: tuple[Shown, ...] = ()
+    shown: tuple[Illustration, ...] = ()
+    beheld: tuple[Illustration, ...] = ()
     overlaps: tuple[PeopleOverlap, ...] = ()
     grips: tuple[GripFinding, ...] = ()
     refused: tuple[str, ...] = ()
@@ -300,7 +300,7 @@ class PopulationFound:
         )
 
     @property
-    def gains(self) -> tuple[Gain, ...]:
+    def gains(self) -> tuple[DesignChange, ...]:
         """What the changes that were tried gain."""
         return tuple(change.gain for change in self.tried)
 
@@ -579,7 +579,7 @@ class MotionFound:
 
     study: MotionCase
     episodes: Episodes
-    meetings: tuple[Meeting, ...]
+    meetings: tuple[ContactEvent, ...]
     breaches: tuple[StopBreach, ...]
     signals: tuple[Signal, ...]
     clearance: Floats

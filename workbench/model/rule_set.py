@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.model.arrays import Floats, frozen
+from workbench.model.arrays import Floats, read_only
 
 __all__ = ["CHOSEN", "REMEMBERED", "RuleSet", "RuleValue"]
 
@@ -63,7 +63,7 @@ class RuleSet:
     def shaped(self, name: str, *shape: int | None) -> Floats:
         """A value that is an array of a shape, None for any length; InputError for another, and for
         a name that there is not."""
-        return frozen(self[name], np.float64, shape, f"rule set {self.name}: {name}")
+        return read_only(self[name], np.float64, shape, f"rule set {self.name}: {name}")
 
     def number(self, name: str) -> float:
         """A value that is one number; InputError as of `shaped`."""

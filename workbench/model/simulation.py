@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Bools, Floats, frozen
+from workbench.model.arrays import Bools, Floats, read_only
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
@@ -64,8 +64,8 @@ class Pulse:
     level: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        time = frozen(self.time, np.float64, (None,), "pulse.time")
-        level = frozen(self.level, np.float64, (len(time),), "pulse.level")
+        time = read_only(self.time, np.float64, (None,), "pulse.time")
+        level = read_only(self.level, np.float64, (len(time),), "pulse.level")
         if not (
             np.isfinite(time).all() and np.isfinite(level).all() and np.all(np.diff(time) >= 0)
         ):

@@ -8,7 +8,7 @@ from enum import IntEnum
 import numpy as np
 
 from workbench.model.arguments import short_repr
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, read_only
 from workbench.model.units import plain
 
 __all__ = ["Coupling", "StopKind", "Stops", "motion_words"]
@@ -86,26 +86,26 @@ class Stops:
     def __post_init__(self) -> None:
         joints = len(self.motions)
         put = object.__setattr__
-        put(self, "kind", frozen(self.kind, np.int64, (joints,), "stops.kind"))
-        put(self, "axes", frozen(self.axes, np.float64, (joints, 3, 3), "stops.axes"))
-        put(self, "limits", frozen(self.limits, np.float64, (joints, 3, 2), "stops.limits"))
-        put(self, "play", frozen(self.play, np.float64, (joints,), "stops.play"))
+        put(self, "kind", read_only(self.kind, np.int64, (joints,), "stops.kind"))
+        put(self, "axes", read_only(self.axes, np.float64, (joints, 3, 3), "stops.axes"))
+        put(self, "limits", read_only(self.limits, np.float64, (joints, 3, 2), "stops.limits"))
+        put(self, "play", read_only(self.play, np.float64, (joints,), "stops.play"))
         put(
             self,
             "polygon",
-            tuple(frozen(p, np.float64, (None, 3), "stops.polygon") for p in self.polygon),
+            tuple(read_only(p, np.float64, (None, 3), "stops.polygon") for p in self.polygon),
         )
         put(
             self,
             "polygon_centre",
-            frozen(self.polygon_centre, np.float64, (joints, 3), "stops.polygon_centre"),
+            read_only(self.polygon_centre, np.float64, (joints, 3), "stops.polygon_centre"),
         )
         put(
             self,
             "polygon_frame",
-            frozen(self.polygon_frame, np.int64, (joints,), "stops.polygon_frame"),
+            read_only(self.polygon_frame, np.int64, (joints,), "stops.polygon_frame"),
         )
-        put(self, "limb", frozen(self.limb, np.float64, (joints, 3), "stops.limb"))
+        put(self, "limb", read_only(self.limb, np.float64, (joints, 3), "stops.limb"))
 
     @property
     def locked(self) -> Bools:

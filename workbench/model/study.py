@@ -20,7 +20,7 @@ from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
 from workbench.model.simulation import ForceLaw, Restraints
 from workbench.model.surroundings import Move
-from workbench.model.workplace import Aims, Stand
+from workbench.model.workplace import PostureGoals, Stand
 
 __all__ = [
     "Action",
@@ -103,7 +103,7 @@ class PredictedPosture:
 
     like: str
     poses: Poses
-    aims: Aims
+    aims: PostureGoals
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, UsageError
-from workbench.model.arrays import Floats, Ints, frozen, xyz
+from workbench.model.arrays import Floats, Ints, read_only, xyz
 from workbench.model.environment import Adjustment, Environment, Instrument, Mirror, Seat
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 from workbench.model.quaternions import exponential, matrices
 
 __all__ = [
@@ -23,7 +23,7 @@ __all__ = [
     "carried_by",
     "control_moves",
     "displaced",
-    "joined",
+    "merge_environments",
     "move_parts",
     "moved_along",
     "moved_controls",
@@ -359,7 +359,7 @@ class Surroundings:
     displacement: Floats
 
     def __post_init__(self) -> None:
-        given = frozen(
+        given = read_only(
             self.displacement, np.float64, (len(self.movers), 3), "surroundings.displacement"
         )
         object.__setattr__(self, "displacement", given)
@@ -394,7 +394,7 @@ _STACKED = (
 """Arrays of an environment whose rows follow one another."""
 
 
-def joined(environment: Environment, more: Environment) -> Environment:
+def merge_environments(environment: Environment, more: Environment) -> Environment:
     """The environment with the parts of another behind its own; seats, points and controls are its
     own.
 

@@ -16,7 +16,7 @@ from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
 
-__all__ = ["Aims", "Beside", "Stand", "WorkCase", "Workplace"]
+__all__ = ["Beside", "PostureGoals", "Stand", "WorkCase", "Workplace"]
 
 
 Interval = tuple[float, float]
@@ -55,7 +55,7 @@ class Stand:
 
 
 @dataclass(frozen=True)
-class Aims:
+class PostureGoals:
     """What a sitter's posture is predicted from: by limb ("left hand", ...) the control that it
     holds; the point whose height the eyes are to reach and the point on the floor whose height the
     heels stand at, None where any. driving: of a driver at the wheel, whose posture is the
@@ -88,7 +88,7 @@ class WorkCase:
     name: str
     posture: str
     pose: Poses
-    aims: Aims | None = None
+    aims: PostureGoals | None = None
     hands: Mapping[str, str] = field(default_factory=dict)
 
     __repr__ = short_repr

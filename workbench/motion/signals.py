@@ -17,8 +17,8 @@ __all__ = [
     "carries",
     "cfc_filter",
     "evenly",
-    "held_level",
     "hic",
+    "sustained_level",
     "velocity",
 ]
 
@@ -233,7 +233,7 @@ def hic(time: Floats, resultant: Floats, *, window: float) -> Hic:
     return best
 
 
-def held_level(time: Floats, values: Floats, *, hold: float = 0.003) -> float:
+def sustained_level(time: Floats, values: Floats, *, hold: float = 0.003) -> float:
     """Find the highest level that a signal holds for a time on end (the 3 ms criterion).
 
     The level is found by bisection: a higher level is held for a shorter time.

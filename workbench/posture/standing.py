@@ -24,9 +24,9 @@ from workbench.body.forward import place, segment_frames
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.joint_angles import angles_of, attitude_matrix, compose, motion_of
 from workbench.model.kept import kept_with_topology
 from workbench.model.poses import Placed, Poses, check_rows, people_of
-from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
 from workbench.model.stops import StopKind
 from workbench.posture.balance import (
     balance,
@@ -35,13 +35,13 @@ from workbench.posture.balance import (
     sole_points,
     support_polygon,
 )
-from workbench.posture.kernels.past_stops import StopPack
-from workbench.posture.kernels.standing import NUMBERS, STEPS, Stander, Standing, solve_standing
-from workbench.posture.reaching.chains import on_grid
+from workbench.posture.kernels.limit_violation import StopPack
+from workbench.posture.kernels.standing import NUMBERS, STEPS, Stander, StandingRows, solve_standing
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import HANDS, limb
+from workbench.posture.reaching.reach_solver import on_grid
 from workbench.posture.stops import packed_stops
-from workbench.threads import in_pieces
+from workbench.threads import run_in_threads
 
 __all__ = ["BALANCE_MARGIN", "STANDS_AT", "StandingPosture", "standing_posture"]
 
@@ -158,7 +158,7 @@ def standing_posture(
     )
     goals = np.ascontiguousarray(goals.reshape(len(hands), count, 3).swapaxes(0, 1))
     origin = poses.world_from_reference[:, None, :, 3]
-    standing = Standing(
+    standing = StandingRows(
         who=people_of(body, poses),
         foot=_frames(placed, _FEET[0]),
         other=_frames(placed, _FEET[1]),
@@ -188,7 +188,7 @@ def standing_posture(
 
 
 def _solved(
-    body: Body, poses: Poses, stander: Stander, standing: Standing, threads: int | None
+    body: Body, poses: Poses, stander: Stander, standing: StandingRows, threads: int | None
 ) -> tuple[Floats, Floats]:
     """Unknowns (P, 2 + n) and NUMBERS (P, 6) of the best descent of each row. Rows that come to an
     easy posture from upright begin at no other."""
@@ -199,7 +199,7 @@ def _solved(
     rotations = np.ascontiguousarray(poses.rotations)
     rows = np.arange(count)
     for some in (slice(0, 1), slice(1, len(_STARTS))):
-        asked = Standing(
+        asked = StandingRows(
             who=standing.who[rows],
             foot=standing.foot[rows],
             other=standing.other[rows],
@@ -212,7 +212,7 @@ def _solved(
         unknown = np.zeros(first.shape)
         told = np.zeros((*first.shape[:2], NUMBERS))
         work = partial(solve_standing, stander, asked, rotations[rows], first, unknown, told)
-        in_pieces(work, len(rows), PIECE, threads=threads)
+        run_in_threads(work, len(rows), PIECE, threads=threads)
         found[rows, some] = unknown
         numbers[rows, some] = told
         easy = _stands(told[:, 0]) & (told[:, 0, 1] < REACHED_AT) & (told[:, 0, 0] < EASY)
@@ -237,7 +237,7 @@ def _frames(placed: Placed, segment: str) -> Floats:
 
 
 def _edges(placed: Placed, margin: float) -> Floats:
-    """(P, E, 3) the edges of the support polygons, drawn in by a margin [m]; see `Standing`."""
+    """(P, E, 3) the edges of the support polygons, drawn in by a margin [m]; see `StandingRows`."""
     each = [edges_of(support_polygon(points)) for points in sole_points(placed)]
     most = max((len(offset) for _, offset in each), default=0)
     edges = np.zeros((len(placed), most, 3))

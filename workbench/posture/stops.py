@@ -23,11 +23,11 @@ import numpy as np
 from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.joint_angles import angles_of, compose
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest
 from workbench.model.stops import StopKind, Stops
-from workbench.posture.kernels.past_stops import StopPack
+from workbench.posture.kernels.limit_violation import StopPack
 from workbench.posture.kernels.stop_law import (
     SMALLEST_LIMIT,
     nearest_on_cones,

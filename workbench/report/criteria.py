@@ -12,8 +12,8 @@ from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
 from workbench.model.reach import MOST_SPARE
 from workbench.model.units import tenths, unit_in
 from workbench.report.section import Making, Section
+from workbench.report.sentences import surface_words
 from workbench.report.templates import template
-from workbench.report.words import surface_words
 
 __all__ = [
     "asked_words",

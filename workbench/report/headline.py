@@ -13,9 +13,9 @@ from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
 from workbench.model.result import PersonFound, PosturesFound, Result, Verdict
 from workbench.model.units import UNITS, tenths
-from workbench.report.motions.words import differs_words, motion_scope
-from workbench.report.population.words import capital, population_headline
-from workbench.report.words import (
+from workbench.report.motions.sentences import differs_words, motion_scope
+from workbench.report.population.sentences import capital, population_headline
+from workbench.report.sentences import (
     finding_words,
     in_words,
     millimetres,

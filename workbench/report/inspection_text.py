@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from workbench.files.inspection import Described, Inspection, PartSize
+from workbench.files.mesh_report import Described, Inspection, PartSize
 from workbench.files.results.result import ResultFile
 
 __all__ = ["inspection_lines", "result_head", "verdict_lines"]

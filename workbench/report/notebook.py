@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from workbench.body.people.share import percent
+from workbench.body.people.proportions import percent
 from workbench.draw.web.notebook import notebook_html
 from workbench.model.result import PopulationFound, Result
 from workbench.report.headline import headline
-from workbench.report.words import verdict_sentence
+from workbench.report.sentences import verdict_sentence
 
 __all__ = ["result_html"]
 

@@ -26,9 +26,9 @@ from workbench.report.section import (
     method_section,
     provenance_section,
 )
+from workbench.report.sentences import adjusted_line, moved_line, part_count
 from workbench.report.templates import template
 from workbench.report.turnable import PageViews
-from workbench.report.words import adjusted_line, moved_line, part_count
 
 __all__ = ["page"]
 
@@ -114,7 +114,7 @@ def _share(result: Result, rows: ResultFile) -> str:
     known before it."""
     if result.population is None or rows.population is None:
         return ""
-    from workbench.report.population.words import first_found  # not loaded for other studies
+    from workbench.report.population.sentences import first_found  # not loaded for other studies
 
     if first_found(result.population):
         return ""

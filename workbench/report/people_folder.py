@@ -10,15 +10,15 @@ from workbench.body.scaling.scale import morph_to
 from workbench.body.wear import wear
 from workbench.errors import InputError
 from workbench.files.body.bodies import body_path, load_body
-from workbench.files.body.encumbrances import worn
+from workbench.files.body.encumbrances import load_encumbrances
 from workbench.files.body.writer import body_text
 from workbench.files.output_file import Content
 from workbench.files.output_folder import check_folder, write_folder
 from workbench.model.body import Body
 from workbench.model.population import MASS, SEXES, Population
 from workbench.report.tables import csv_text
-from workbench.study.crowd import file_names, people_bodies
 from workbench.study.persons import SizedBody
+from workbench.study.population_files import file_names, people_bodies
 
 __all__ = ["TABLE", "write_people"]
 
@@ -64,7 +64,7 @@ def write_people(
     """
     check_folder(folder, holds="people")  # before the work, not after it
     loaded = {name: morph_to(load_body(name), detail) for name in dict.fromkeys(sources.values())}
-    dressing = {name: worn(list(wears), body) for name, body in loaded.items()}
+    dressing = {name: load_encumbrances(list(wears), body) for name, body in loaded.items()}
     bodies = {sex: loaded[name] for sex, name in sources.items()}
     files: dict[str, Content] = {}
     warnings: list[str] = []

@@ -18,8 +18,8 @@ from workbench.report.headline import headline
 from workbench.report.motions.rows import motion_rows
 from workbench.report.population.rows import population_rows
 from workbench.report.postures.rows import postures_rows, postures_tables
+from workbench.report.sentences import finding_sentence, share_sentence, verdict_sentence
 from workbench.report.tables import Table, micro, verdict_tables
-from workbench.report.words import finding_sentence, share_sentence, verdict_sentence
 
 __all__ = ["result_columns", "result_file", "result_frame", "result_tables", "verdict_row"]
 

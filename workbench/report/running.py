@@ -10,7 +10,7 @@ from workbench.files.output_folder import check_folder
 from workbench.files.results.result import ResultFile
 from workbench.files.study.reader import load_study
 from workbench.report.folder import report_lines, write_report
-from workbench.report.words import in_words
+from workbench.report.sentences import in_words
 from workbench.study.run import check_run, run
 
 __all__ = ["Written", "run_and_write"]
@@ -73,7 +73,7 @@ def run_and_write(
     result = run(loaded, keep=keep, say=say, cluster=cluster)
     rows = write_report(result, folder, film=film, progress=say, tell=kept.append)
     if loaded.crowd is not None:
-        from workbench.study.accommodation.chunks import forget_chunks
+        from workbench.study.accommodation.checkpoints import forget_chunks
 
         forget_chunks(keep)
     warnings = (*kept, *map(in_words, rows.warnings))

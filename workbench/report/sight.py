@@ -25,8 +25,8 @@ from workbench.model.criterion import Criterion, Finding
 from workbench.model.environment import Environment
 from workbench.model.units import UNITS, plain
 from workbench.report.section import Section
+from workbench.report.sentences import finding_words
 from workbench.report.templates import template
-from workbench.report.words import finding_words
 from workbench.sight.eyes import Eyes, gaze, given_eyes
 from workbench.sight.regions import Region, azimuth_elevation, cone
 from workbench.sight.rules.mirrors import looked_through

@@ -7,7 +7,7 @@ from functools import cache
 import jinja2
 
 from workbench.model.units import plain
-from workbench.report.words import for_reading, proper_minus
+from workbench.report.sentences import for_reading, proper_minus
 
 __all__ = ["template"]
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from workbench.errors import InputError, UsageError
 from workbench.geometry.sampling import even_places
 from workbench.model.arguments import check_index
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, read_only
 from workbench.model.environment import Environment
 from workbench.sight.eyes import Eyes
 from workbench.sight.kernels.bands import Pixels, Sums, add_bands
@@ -31,7 +31,7 @@ from workbench.sight.panorama import (
 )
 from workbench.sight.regions import WHOLE, Region
 from workbench.sight.scenery import Scenery, check_eyes, items_around
-from workbench.threads import in_pieces
+from workbench.threads import run_in_threads
 
 __all__ = [
     "SEEN_BY",
@@ -163,7 +163,7 @@ def obscuration(
             pixels = Pixels(weight, before, one.inside)
             add_bands(*shapes, one.begin, one.end, BAND, pixels, sums)
 
-    in_pieces(work, len(pieces), 1)
+    run_in_threads(work, len(pieces), 1)
     hidden, through = (_with_either(sums.sum(axis=0)) for sums in (opaque, clear))
     error = border.sum(axis=0) / 2.0
     left_hides, right_hides, either, both = hidden[1:-1].T.copy()
@@ -235,12 +235,12 @@ class Target:
     item: int = -1
 
     def __post_init__(self) -> None:
-        points = frozen(self.points, np.float64, (None, 3), f"target {self.name}: points")
+        points = read_only(self.points, np.float64, (None, 3), f"target {self.name}: points")
         object.__setattr__(self, "points", points)
         if not len(points) or not np.isfinite(points).all():
             raise InputError(f"target {self.name}: expected finite points, one at least")
         if self.normals is not None:
-            normals = frozen(
+            normals = read_only(
                 self.normals, np.float64, (len(points), 3), f"target {self.name}: normals"
             )
             object.__setattr__(self, "normals", normals)
@@ -393,7 +393,7 @@ def block_lines(scenery: Scenery, eyes: Floats, points: Floats, own: Ints, group
         np.ones(far.shape),
     )
     blockers = scenery.blockers(~scenery.see_through)
-    in_pieces(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eyes), _PIECE)
+    run_in_threads(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eyes), _PIECE)
     return lines
 
 

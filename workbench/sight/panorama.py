@@ -19,7 +19,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.sight.kernels.bands import FaceShapes, Items, fill_bands
 from workbench.sight.kernels.projection import Triangles, project_triangles
 from workbench.sight.scenery import Scenery, check_eye
-from workbench.threads import in_pieces
+from workbench.threads import run_in_threads
 
 __all__ = [
     "BAND",
@@ -169,7 +169,7 @@ def look_out(
             last = min(first + BAND, n)
             fill_bands(shapes[view.face[k]], first, last, BAND, item[k, : last - first], glass[k])
 
-    in_pieces(work, len(item), -(-len(item) // PIECES))
+    run_in_threads(work, len(item), -(-len(item) // PIECES))
     return item.reshape(-1)[view.pixel], glass.reshape(-1)[view.pixel if through else slice(0)]
 
 
@@ -249,7 +249,7 @@ def panorama(
                 shapes[face], rows.start, rows.stop, BAND, item[face, rows], glass[face, rows]
             )
 
-    in_pieces(work, 6 * PIECES, 1)
+    run_in_threads(work, 6 * PIECES, 1)
     return Panorama(scenery.names, np.asarray(eye, dtype=np.float64), frame, item, glass)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.geometry.polygon import inside_loops
-from workbench.model.arrays import Bools, Floats, frozen
+from workbench.model.arrays import Bools, Floats, read_only
 
 __all__ = [
     "WHOLE",
@@ -51,7 +51,7 @@ class Region:
 
     def __post_init__(self) -> None:
         for name, shape in (("axes", (3, 3)), ("corners", (None, 2))):
-            given = frozen(getattr(self, name), np.float64, shape, f"region.{name}")
+            given = read_only(getattr(self, name), np.float64, shape, f"region.{name}")
             object.__setattr__(self, name, given)
         if not np.allclose(self.axes @ self.axes.T, np.eye(3), atol=1e-6):
             raise InputError(f"region {self.name}: expected unit axes at right angles")

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.model.arrays import Bools, Floats, Ints, freeze_fields, frozen
+from workbench.model.arrays import Bools, Floats, Ints, freeze_fields, read_only
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.sight.eyes import Eyes, eyes_of, head_of
@@ -205,7 +205,7 @@ def scenery_of(
     people = [] if placed is None else [_own(placed, without)]
     people += [_spheres_of(other, f"{name}'s") for name, other in (others or {}).items()]
     if displacement is not None:
-        displacement = frozen(displacement, np.float64, (None, 3), "scenery: displacement")
+        displacement = read_only(displacement, np.float64, (None, 3), "scenery: displacement")
     rows = max([1 if displacement is None else len(displacement), *map(len, people)])
     for one in people:
         if len(one) not in (1, rows):

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.model.arguments import check_fields
-from workbench.model.arrays import Bools, Floats, Ints, for_rows, frozen
+from workbench.model.arrays import Bools, Floats, Ints, for_rows, read_only
 from workbench.model.body import Body
 from workbench.model.poses import Placed
 from workbench.model.quaternions import cross
@@ -173,7 +173,7 @@ def supports_of(
     (38, (1, 52))
     """
     body = placed.body
-    way = frozen(toward, np.float64, (3,), "supports: toward")
+    way = read_only(toward, np.float64, (3,), "supports: toward")
     length = float(np.linalg.norm(way))
     if not length > 0.0:
         raise InputError("supports: expected a direction toward the surface, got (0, 0, 0)")

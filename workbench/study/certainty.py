@@ -19,7 +19,7 @@ from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked, Bounds
 from workbench.study.checks.table import bounds_of
 from workbench.study.positions import (
-    Fitted,
+    FittedBody,
     comfortable_situations,
     fitted_positions,
     lattice,
@@ -33,7 +33,7 @@ __all__ = ["certain_elsewhere", "true_bounds"]
 def true_bounds(
     asked: Sequence[Asked],
     places: Sequence[tuple[Ints, Sequence[Situation]]],
-    fitted: Fitted,
+    fitted: FittedBody,
 ) -> Bounds:
     """Bound the true margins of people in the positions that suit them best.
 
@@ -65,7 +65,7 @@ def certain_elsewhere(
     place: Workplace,
     asked: Sequence[Asked],
     who: Occupants,
-    fitted: Fitted,
+    fitted: FittedBody,
     bounds: Bounds,
     *,
     proceed: Callable[[], None] = lambda: None,

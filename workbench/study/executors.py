@@ -38,7 +38,7 @@ from uuid import uuid4
 from weakref import WeakKeyDictionary, WeakValueDictionary
 
 from workbench.errors import InputError, MissingPartError
-from workbench.threads import THREADS, cores
+from workbench.threads import THREADS, available_cores
 
 __all__ = ["Shared", "completed", "dask_executor", "local_executor", "worked"]
 
@@ -143,7 +143,7 @@ def completed(
         If a process is killed, or a cluster has had no worker for `WORKERLESS_TIME`. What the
         function raises is raised here.
     """
-    processes = min(cores(), len(keys))
+    processes = min(available_cores(), len(keys))
     if executor is None and (processes < 2 or current_process().daemon):
         for number, key in enumerate(keys):
             heard = copy_context()
@@ -193,7 +193,7 @@ def local_executor(processes: int | None = None, meter: Any = None) -> Iterator[
     context = get_context(_START)
     ending, held = context.Pipe(duplex=False)
     executor = ProcessPoolExecutor(
-        processes or cores(),
+        processes or available_cores(),
         mp_context=context,
         initializer=_begin_worker,
         initargs=(ending, held, meter),
@@ -346,7 +346,9 @@ def dask_executor(address: str) -> Iterator[Executor]:
         target: Any = address
         if address == "local":
             target = stack.enter_context(
-                LocalCluster(n_workers=cores(), threads_per_worker=1, dashboard_address=None)
+                LocalCluster(
+                    n_workers=available_cores(), threads_per_worker=1, dashboard_address=None
+                )
             )
         try:
             client = stack.enter_context(Client(target, timeout=SCHEDULER_TIMEOUT))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.candidates import FitBounds
 from workbench.body.fitting.decompose import fewest_spheres
 from workbench.body.fitting.problem import Joints, packed
 from workbench.body.fitting.regions import Regions
@@ -39,8 +39,8 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import DIRECTIONS, Body
+from workbench.model.joint_angles import angles_of, pose
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of, pose
 from workbench.model.quaternions import from_matrices, matrices
 
 __all__ = [
@@ -415,7 +415,7 @@ def placed_skeleton(
 def fit_body(
     surface: Surface,
     skeleton: Skeleton | None,
-    limits: Limits,
+    limits: FitBounds,
     *,
     count: int | None = None,
     seed: int = 0,
@@ -530,7 +530,9 @@ def figures(surface: Surface, cut: SegmentedFit) -> dict[str, Any]:
     }
 
 
-def bound_of(surface: Surface, skeleton: Skeleton | None, limits: Limits, *, seed: int = 0) -> int:
+def bound_of(
+    surface: Surface, skeleton: Skeleton | None, limits: FitBounds, *, seed: int = 0
+) -> int:
     """No union of candidates within the tolerances has fewer spheres than this
     (`fewest_spheres`)."""
     if skeleton is None:

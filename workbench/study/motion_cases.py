@@ -18,9 +18,9 @@ from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import poses_at
 from workbench.model.motion_case import MotionCase, SignalPoint
 from workbench.model.poses import Poses
-from workbench.model.posing import poses_at
 from workbench.model.simulation import ContactRule, Restraints, Simulated, Simulation
 from workbench.model.study import Case, RecordedMotion, Role, SimulatedMotion, Study
 from workbench.posture.seating.seat import seat

@@ -20,17 +20,17 @@ from workbench.files.motions.reading import Recorded, read_motion
 from workbench.model.arrays import Floats, pieces
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
+from workbench.model.joint_angles import attitude_matrix, poses_at
 from workbench.model.laban import Score
 from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed, Poses, stacked
-from workbench.model.posing import attitude_matrix, poses_at
 from workbench.model.surroundings import Surroundings
 from workbench.motion.laban.laban import score_poses
 from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.markers import bridged, poses_from_markers
 from workbench.motion.recorded.retarget import poses_from_track, retarget
-from workbench.motion.recorded.subject import (
+from workbench.motion.recorded.subject_scaling import (
     factors_from_bones,
     factors_from_markers,
     factors_from_track,

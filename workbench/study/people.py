@@ -16,8 +16,8 @@ from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import join_poses
 from workbench.model.poses import Poses
-from workbench.model.posing import join_poses
 from workbench.model.result import (
     ControlReach,
     Finding,
@@ -50,7 +50,7 @@ from workbench.study.situation import (
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import (
-    buried_controls,
+    controls_inside_solids,
     lost_seats,
     result_warnings,
     seat_verdicts,
@@ -244,7 +244,7 @@ def people_found(study: Study, there: Present) -> PosturesFound:
             *there.words,
             *(one.sentence for one in there.short),
             *piece_warnings((person.name, person.body) for person in people),
-            *(buried_controls(environment) if reaches else ()),
+            *(controls_inside_solids(environment) if reaches else ()),
             *result_warnings(
                 environment, cases, people, lost_seats(study.environment, there.roles)
             ),

@@ -7,8 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from workbench.body.people.conditional import Scores, condition, improbability, scores_of
-from workbench.body.people.growth import growth_percentile, growth_values
+from workbench.body.people.conditional import (
+    Scores,
+    conditional_distribution,
+    mahalanobis_distance,
+    scores_of,
+)
+from workbench.body.people.growth_charts import growth_percentile, growth_values
 from workbench.body.people.percentile import percentile_values
 from workbench.body.scaling.measure import MEASURES, measure
 from workbench.body.scaling.scale import morph_to, scale
@@ -87,7 +92,9 @@ def person_body(
     scores = scores_of(people, sex)
     known = {name: value for name, value in measures.items() if name in scores.names}
     expected = (
-        condition(scores, known) if known else condition(scores, {"stature": _median(people, sex)})
+        conditional_distribution(scores, known)
+        if known
+        else conditional_distribution(scores, {"stature": _median(people, sex)})
     )
     values = dict(zip(expected.names, expected.values[0].tolist(), strict=True))
     return _made(body, detail, measures, values, _improbable(scores, known))
@@ -181,7 +188,7 @@ def _median(model: PopulationModel, sex: str) -> float:
 def _improbable(scores: Scores, known: Mapping[str, float]) -> tuple[str, ...]:
     if not known:
         return ()
-    found = improbability(scores, known)
+    found = mahalanobis_distance(scores, known)
     name, surprise = found.worst()
     if abs(surprise) < RARE:
         return ()

@@ -65,7 +65,7 @@ from workbench.study.situation import (
     Occupants,
     Remembered,
     Situation,
-    Taken,
+    TakenPlaces,
     in_place,
     position_of,
     seating_of,
@@ -80,8 +80,8 @@ __all__ = [
     "WAVE",
     "WITHIN_NEIGHBOURS",
     "Before",
-    "Fitted",
-    "Tried",
+    "FittedBody",
+    "Outcomes",
     "comfortable_situations",
     "fitted_positions",
     "found_places",
@@ -129,29 +129,29 @@ _AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 @dataclass(frozen=True, eq=False)
-class Tried(Margins):
+class Outcomes(Margins):
     """Margins of B people, and (B, 2) [m] the positions of the seat, forward and up."""
 
     seat: Floats
 
-    def rows(self, keep: Ints) -> Tried:
+    def rows(self, keep: Ints) -> Outcomes:
         """A copy of what became of the people at indices, in their order."""
-        return Tried(self.margin[keep], self.words[keep], self.toward[keep], self.seat[keep])
+        return Outcomes(self.margin[keep], self.words[keep], self.toward[keep], self.seat[keep])
 
-    def take(self, rows: Ints, other: Tried) -> None:
+    def take(self, rows: Ints, other: Outcomes) -> None:
         """Replace what became of the people at indices."""
         self.put(rows, np.arange(self.margin.shape[1]), other)
         self.seat[rows] = other.seat
 
 
-def tried(situations: Sequence[Situation], asked: Sequence[Asked]) -> Tried:
+def tried(situations: Sequence[Situation], asked: Sequence[Asked]) -> Outcomes:
     """What becomes of people where they are, in the cases of their workplace."""
     found = margins_of(situations, asked)
-    return Tried(found.margin, found.words, found.toward, position_of(situations[0]))
+    return Outcomes(found.margin, found.words, found.toward, position_of(situations[0]))
 
 
 def comfortable_situations(
-    place: Workplace, who: Occupants, taken: Sequence[Taken] = ()
+    place: Workplace, who: Occupants, taken: Sequence[TakenPlaces] = ()
 ) -> list[Situation]:
     """Put people into each case of their workplace, the seat in the position that the first
     predicted case makes comfortable.
@@ -193,7 +193,7 @@ def in_positions(
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedBody:
     """People in the positions that suit them best.
 
     Parameters
@@ -220,7 +220,7 @@ class Fitted:
         are not known.
     """
 
-    tried: Tried
+    tried: Outcomes
     comfortable: Floats
     window: Floats
     sets: Bools
@@ -228,9 +228,9 @@ class Fitted:
     judged: NDArray[np.object_]
     first: Floats
 
-    def rows(self, keep: Ints) -> Fitted:
+    def rows(self, keep: Ints) -> FittedBody:
         """A copy of what became of the people at indices, in their order."""
-        return Fitted(
+        return FittedBody(
             self.tried.rows(keep),
             self.comfortable[keep],
             self.window[keep],
@@ -240,7 +240,7 @@ class Fitted:
             self.first[keep],
         )
 
-    def take(self, rows: Ints, other: Fitted) -> None:
+    def take(self, rows: Ints, other: FittedBody) -> None:
         """Replace what became of the people at indices; their comfortable positions stay."""
         self.tried.take(rows, other.tried)
         self.window[rows] = other.window
@@ -250,7 +250,7 @@ class Fitted:
 
 
 def found_places(
-    place: Workplace, who: Occupants, comfortable: Sequence[Situation], fitted: Fitted
+    place: Workplace, who: Occupants, comfortable: Sequence[Situation], fitted: FittedBody
 ) -> list[tuple[Ints, list[Situation]]]:
     """People in the positions and settings that their margins are of.
 
@@ -341,7 +341,7 @@ class _Search:
     members: Bools
     who: Occupants
     wanted: Sequence[Situation]
-    best: Fitted
+    best: FittedBody
     fixed: Margins
     counted: Bools
     setting: Floats
@@ -355,7 +355,7 @@ class _Search:
     notes: bool = False
     coarse: bool = False
 
-    def of(self, people: Ints, before: Fitted, *, few_starts: bool) -> _Search:
+    def of(self, people: Ints, before: FittedBody, *, few_starts: bool) -> _Search:
         """The same search of some people (N,), once more from what was found before."""
         return replace(
             self,
@@ -428,9 +428,9 @@ def fitted_positions(
     before: Before | None = None,
     *,
     thorough: bool = False,
-    here: Tried | None = None,
+    here: Outcomes | None = None,
     proceed: Callable[[], None] = lambda: None,
-) -> Fitted:
+) -> FittedBody:
     """Judge people in the fitting position nearest to the comfortable one.
 
     Parameters
@@ -508,12 +508,12 @@ def fitted_positions(
     return found
 
 
-def _begun_with(here: Tried, comfortable: Floats, nominal: Floats, members: Bools) -> Fitted:
+def _begun_with(here: Outcomes, comfortable: Floats, nominal: Floats, members: Bools) -> FittedBody:
     """What is known of people who were judged in one position each, at the nominal setting (A,)."""
     count = len(comfortable)
     judged = np.empty(count, dtype=object)
     judged[:] = [[] for _ in range(count)]
-    return Fitted(
+    return FittedBody(
         here,
         comfortable,
         np.full((count, 4), np.nan),
@@ -530,13 +530,13 @@ def _tried_again(
     comfortable: Sequence[Situation],
     asked: Sequence[Asked],
     before: Before,
-) -> tuple[Tried, Bools]:
+) -> tuple[Outcomes, Bools]:
     """People of a changed design, and who of them (B,) is settled: in the position that was found
     before, or else comfortable and still to be searched for."""
     people = len(who)
     nothing = no_margins(people, asked)
     comes = position_of(comfortable[0])
-    found = Tried(before.margin.copy(), nothing.words, nothing.toward, comes.copy())
+    found = Outcomes(before.margin.copy(), nothing.words, nothing.toward, comes.copy())
     settled = (before.fits | before.known) & before.nominal
     low, high = np.array(place.travel).T
     settled &= ((before.seat >= low - MET) & (before.seat <= high + MET)).all(axis=1)
@@ -712,7 +712,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             situations = [situation.rows(hopeful) for situation in situations]
             left = left[hopeful]
     at = position_of(situations[0])
-    best = Tried(found.margin[left], found.words[left], found.toward[left], at)
+    best = Outcomes(found.margin[left], found.words[left], found.toward[left], at)
     _note(search, people[left], positions[left], best.margin)
     _keep(search, people[left], best)
 
@@ -858,7 +858,7 @@ def _hopeful(search: _Search, people: Ints, margin: Floats) -> Ints:
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
 
 
-def _keep(search: _Search, people: Ints, tried: Tried) -> None:
+def _keep(search: _Search, people: Ints, tried: Outcomes) -> None:
     """Take up what became of people (N,) in positions."""
     best = search.best
     np.logical_or.at(best.sets, people, _met_sets(tried.margin, search.members))
@@ -1125,7 +1125,7 @@ class _Settings:
     members: Bools
     who: Occupants
     comfortable: Sequence[Situation]
-    found: Fitted
+    found: FittedBody
     remembered: Remembered
     before: Before | None
     proceed: Callable[[], None]
@@ -1264,7 +1264,7 @@ def _of(margins: Margins, people: Ints, columns: Bools) -> Margins:
 
 def _taken_again(
     place: Workplace, other: Workplace, situations: Sequence[Situation]
-) -> Sequence[Taken]:
+) -> Sequence[TakenPlaces]:
     """The places that people have taken in a workplace, where they take the same ones in another;
     else nothing."""
     for case in range(len(place.cases)):

@@ -34,7 +34,7 @@ from workbench.posture.reaching.reach import reach
 __all__ = [
     "COARSE",
     "ReachObstacles",
-    "from_coarse_to_fine",
+    "farthest_point_order",
     "part_points",
     "reach_map",
     "who_reaches",
@@ -134,7 +134,7 @@ def who_reaches(
         What is in the way. Who finds no way about it from the posture that reaches without it
         counts as missing the point.
     order
-        Of `from_coarse_to_fine`, where the points are asked about more than once.
+        Of `farthest_point_order`, where the points are asked about more than once.
     coarse
         How far [m] a point may be from one that everybody is asked about; 0 asks about all.
 
@@ -174,7 +174,7 @@ def who_reaches(
                 ).reached[:, 0]
         return found
 
-    return _asked(points, order or from_coarse_to_fine(points), known, ask, coarse)
+    return _asked(points, order or farthest_point_order(points), known, ask, coarse)
 
 
 def _clear(
@@ -247,7 +247,7 @@ def _asked(
     return np.asarray(known == 1)
 
 
-def from_coarse_to_fine(points: Floats) -> tuple[Ints, Floats]:
+def farthest_point_order(points: Floats) -> tuple[Ints, Floats]:
     """The points (M, 3) in an order in which each is the farthest from all before (Gonzalez 1985),
     from the first; and (M,) [m] how far any point is at most from those up to it."""
     order = np.zeros(len(points), dtype=np.int64)

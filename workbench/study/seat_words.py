@@ -20,7 +20,7 @@ from workbench.study.checks.margins import Asked
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.table import same_everywhere
 from workbench.study.hands import kept_off_by_others
-from workbench.study.positions import Fitted, Tried
+from workbench.study.positions import FittedBody, Outcomes
 from workbench.study.settings import adjustments_of, setting_text
 from workbench.study.situation import Situation, freely_seated, on_fixed_pedals, position_of
 
@@ -208,7 +208,7 @@ def _legs_inside(situation: Situation, seated: Seated) -> list[Shortfall]:
 
 
 def setting_words(
-    situation: Situation, place: Workplace, found: Fitted, asked: Sequence[Asked]
+    situation: Situation, place: Workplace, found: FittedBody, asked: Sequence[Asked]
 ) -> list[str]:
     """That a person has set something otherwise than a workplace had it, and why.
 
@@ -225,7 +225,7 @@ def setting_words(
     return [f"{lead}: {' and '.join(set_so)}, where {_why(place, found.tried, asked)}"]
 
 
-def _why(place: Workplace, found: Tried, asked: Sequence[Asked]) -> str:
+def _why(place: Workplace, found: Outcomes, asked: Sequence[Asked]) -> str:
     """Why the first person is where he or she is."""
     if lacks := _lacks(place, found.margin[0], asked):
         return f"the shortfall is smallest: {lacks}"
@@ -235,7 +235,7 @@ def _why(place: Workplace, found: Tried, asked: Sequence[Asked]) -> str:
     return f"every requirement that depends on {where} is met"
 
 
-def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> list[str]:
+def move_words(situation: Situation, found: FittedBody, asked: Sequence[Asked]) -> list[str]:
     """That the seat of a person has left the comfortable position, or that a person who stands has
     stepped, why, and what that means for the legs.
 

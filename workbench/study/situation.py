@@ -27,12 +27,12 @@ from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population, sex_index
 from workbench.model.poses import Placed, Poses
 from workbench.model.surroundings import moved_along
-from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
+from workbench.model.workplace import PostureGoals, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.heeding import clear_fingers
 from workbench.posture.reaching.history import ReachHistory, Recall
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
-from workbench.posture.reaching.obstacles import Room
+from workbench.posture.reaching.obstacles import ObstacleScene
 from workbench.posture.reaching.oneself import in_own_legs
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.clear_legs import clear_legs
@@ -50,7 +50,7 @@ __all__ = [
     "Remembered",
     "Seating",
     "Situation",
-    "Taken",
+    "TakenPlaces",
     "as_bystander",
     "feet_of",
     "freely_seated",
@@ -112,7 +112,7 @@ class Occupants:
 
 
 @dataclass(frozen=True, eq=False)
-class Taken:
+class TakenPlaces:
     """The places that B people have taken: their poses in the world with the hands at rest, how
     the seat came out, None for people without one, and (B, 2) [m] how far those who stand have
     stepped, forward and left; and how the seat came out before the legs heeded what stands around,
@@ -123,11 +123,11 @@ class Taken:
     stepped: Floats
     heedless: Seated | None = None
 
-    def rows(self, keep: Ints) -> Taken:
+    def rows(self, keep: Ints) -> TakenPlaces:
         """The people at indices, in their order."""
         seated = self.seated.rows(keep) if self.seated else None
         heedless = self.heedless.rows(keep) if self.heedless else None
-        return Taken(self.poses.rows(keep), seated, self.stepped[keep], heedless)
+        return TakenPlaces(self.poses.rows(keep), seated, self.stepped[keep], heedless)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +209,7 @@ class Situation:
     place: Workplace
     case: int
     body: Body
-    taken: Taken
+    taken: TakenPlaces
     poses: Poses
     displacement: Floats
     spare: Floats
@@ -427,7 +427,7 @@ def seating_of(place: Workplace, case: int) -> Seating:
 
 
 def _held_points(
-    aims: Aims, environment: Environment
+    aims: PostureGoals, environment: Environment
 ) -> dict[str, tuple[str, tuple[float, float, float]]]:
     """By hand the grip, and where the control is [m] that it holds."""
     controls = {control.name: control for control in environment.controls}
@@ -435,19 +435,19 @@ def _held_points(
     return {hand: (control.grip, control.at) for hand, control in held.items()}
 
 
-def feet_of(aims: Aims, environment: Environment) -> dict[str, tuple[float, float, float]]:
+def feet_of(aims: PostureGoals, environment: Environment) -> dict[str, tuple[float, float, float]]:
     """Where the balls of the feet go [m], by "left foot" and "right foot"."""
     controls = {control.name: control for control in environment.controls}
     return {foot: controls[held].at for foot, held in aims.controls.items() if foot in FEET}
 
 
-def _feet_along(place: Workplace, aims: Aims) -> tuple[str, ...]:
+def _feet_along(place: Workplace, aims: PostureGoals) -> tuple[str, ...]:
     """The feet that are on something that the own seat takes along, such as footplates."""
     along = [one.name for one in place.environment.controls if one.part in place.moving_parts]
     return tuple(foot for foot, name in aims.controls.items() if foot in FEET and name in along)
 
 
-def package_of(aims: Aims, environment: Environment) -> Package:
+def package_of(aims: PostureGoals, environment: Environment) -> Package:
     """The package a driver sits in: the heel's point, the accelerator, the wheel's centre, the
     seat's hip point."""
     assert aims.driving is not None and aims.heels is not None
@@ -461,7 +461,7 @@ def package_of(aims: Aims, environment: Environment) -> Package:
     )
 
 
-def take_places(seating: Seating, who: Occupants, positions: Floats | None = None) -> Taken:
+def take_places(seating: Seating, who: Occupants, positions: Floats | None = None) -> TakenPlaces:
     """Let people take their places in a case.
 
     Parameters
@@ -476,13 +476,13 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
     stepped = np.zeros((len(body), 2))
     if seating.seat is None:
         if seating.stand is None:
-            return Taken(poses, None, stepped)
+            return TakenPlaces(poses, None, stepped)
         if seating.hands:
             return _bent(seating, seating.stand, body, poses, positions)
         stepped = stepped if positions is None else positions
-        return Taken(_standing(body, poses, seating.stand.floor(stepped)), None, stepped)
+        return TakenPlaces(_standing(body, poses, seating.stand.floor(stepped)), None, stepped)
     found = _remembered(seating, who, poses, positions)
-    return Taken(found.poses, found, stepped)
+    return TakenPlaces(found.poses, found, stepped)
 
 
 def _remembered(seating: Seating, who: Occupants, poses: Poses, positions: Floats | None) -> Seated:
@@ -573,7 +573,7 @@ def _standing(body: Body, poses: Poses, floor: Floats) -> Poses:
 
 def _bent(
     seating: Seating, stand: Stand, body: Body, poses: Poses, positions: Floats | None
-) -> Taken:
+) -> TakenPlaces:
     """People who bend and step so that their hands come to where they go; the arms are at rest
     again."""
     assert seating.hands is not None
@@ -586,7 +586,7 @@ def _bent(
         arm = list(limb(body, hand, grip=grip, zone=ARMS_ALONE).free)
         rotations[:, arm] = upright.rotations[:, arm]
     bent = replace(found.poses, rotations=rotations)
-    return Taken(bent, None, start + found.stepped)
+    return TakenPlaces(bent, None, start + found.stepped)
 
 
 def situated(
@@ -611,7 +611,7 @@ def situated(
 
 
 def in_place(
-    place: Workplace, case: int, who: Occupants, taken: Taken, *, heedless: bool = False
+    place: Workplace, case: int, who: Occupants, taken: TakenPlaces, *, heedless: bool = False
 ) -> Situation:
     """People in the places that they have taken in a case, with the hands at rest.
 
@@ -621,7 +621,7 @@ def in_place(
         Whether the legs are left as they were predicted until `with_clear_legs`.
     """
     seated = taken.heedless or taken.seated
-    taken = Taken(taken.poses if seated is None else seated.poses, seated, taken.stepped)
+    taken = TakenPlaces(taken.poses if seated is None else seated.poses, seated, taken.stepped)
     shift = np.zeros((len(who), 3)) if seated is None else seated.shift
     spare = np.full((len(who), 2), np.nan) if seated is None else seated.spare_travel[:, :2]
     beside = tuple(one.in_case(case) for one in place.beside)
@@ -645,7 +645,7 @@ def with_clear_legs(situation: Situation) -> Situation:
         sat_on=place.moving_parts,
     )
     clear = replace(seated, poses=found.poses, leg_overlap=found.overlap, leg_part=found.part)
-    taken = Taken(found.poses, clear, situation.taken.stepped, seated)
+    taken = TakenPlaces(found.poses, clear, situation.taken.stepped, seated)
     clear_of_parts = replace(situation, taken=taken, poses=found.poses)
     asked = [one for one in place.criteria if one.asks(situation.work.name)]
     if any(one.check == "self_contact" for one in asked) and _hands_of(situation):
@@ -883,7 +883,9 @@ def _with_hand(
     environment = situation.environment
     moving = np.isin(environment.parts, situation.place.moving_parts).astype(np.int64)
     own = tuple(environment.part_index(part) for part in control.own_parts)
-    room = Room(environment, moving, situation.displacement, situation.bystanders, held=own)
+    room = ObstacleScene(
+        environment, moving, situation.displacement, situation.bystanders, held=own
+    )
     at = situation.where([control])
     other_arm = bool(situation.hand_miss)  # it is on its control already
     for zone in range(1, situation.freest(control) + 1):

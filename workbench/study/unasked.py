@@ -14,7 +14,7 @@ import numpy as np
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.motion_case import Meeting
+from workbench.model.motion_case import ContactEvent
 from workbench.model.result import PersonFound
 from workbench.model.units import plain
 
@@ -152,7 +152,9 @@ def overlap_words(overlap: Overlap) -> str:
     return f"{contacts.name(row)} is {depth}"
 
 
-def unasked_meetings(criteria: Sequence[Criterion], meetings: Iterable[Meeting]) -> list[Meeting]:
+def unasked_meetings(
+    criteria: Sequence[Criterion], meetings: Iterable[ContactEvent]
+) -> list[ContactEvent]:
     """Find the contacts of a motion deeper than allowed that no criterion asks about, the greatest
     excess first. criteria: those that are asked of the motion."""
     found = [
@@ -164,7 +166,7 @@ def unasked_meetings(criteria: Sequence[Criterion], meetings: Iterable[Meeting])
     return sorted(found, key=lambda meeting: meeting.allowed - meeting.depth)
 
 
-def _asks_meeting(criterion: Criterion, meeting: Meeting) -> bool:
+def _asks_meeting(criterion: Criterion, meeting: ContactEvent) -> bool:
     """Whether a criterion measures the pair of a contact."""
     if meeting.own:
         pair = {meeting.segment, meeting.other}
@@ -175,14 +177,14 @@ def _asks_meeting(criterion: Criterion, meeting: Meeting) -> bool:
     )
 
 
-def meeting_words(meeting: Meeting) -> str:
+def meeting_words(meeting: ContactEvent) -> str:
     """One contact in words: "right lower arm (bottom) is 53.2 mm into throttle_lever (15 mm
     allowed)"."""
     allowed = f" ({1000 * meeting.allowed:.0f} mm allowed)" if meeting.allowed > 0 else ""
     return f"{meeting.deep} is {1000 * meeting.depth:.1f} mm into {meeting.other}{allowed}"
 
 
-def meeting_warnings(meetings: Sequence[Meeting]) -> Iterator[str]:
+def meeting_warnings(meetings: Sequence[ContactEvent]) -> Iterator[str]:
     """A sentence on contacts of a motion that no criterion asks about; nothing where there are
     none."""
     if not meetings:

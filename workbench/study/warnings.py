@@ -11,7 +11,7 @@ import numpy as np
 from workbench.contact.enclosure import enclosed
 from workbench.files.seat_doubts import place_of, rest_doubts
 from workbench.geometry.ground import Ground, ground_of
-from workbench.geometry.polygon import point_winding
+from workbench.geometry.polygon import winding_number
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Doubt, Environment, Rest, Seat
@@ -24,7 +24,7 @@ from workbench.posture.seating.seating import seat_planes, seat_shift
 from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 
 __all__ = [
-    "buried_controls",
+    "controls_inside_solids",
     "enclosure_warnings",
     "lost_seats",
     "result_warnings",
@@ -53,7 +53,7 @@ def result_warnings(
     ground = ground_of(environment)
     for person in people:
         found += _breached(cases, person)
-        found += _swallowed(environment, cases, person)
+        found += _bodies_inside_solids(environment, cases, person)
         found += _bounded(environment, cases, person)
         found += enclosure_warnings(person.name, person.placed, environment, cases)
         if person.role.seat is not None and person.role.seat not in lost:
@@ -142,7 +142,7 @@ def _breached(cases: tuple[str, ...], person: PersonFound) -> Iterator[str]:
         )
 
 
-def _swallowed(
+def _bodies_inside_solids(
     environment: Environment, cases: tuple[str, ...], person: PersonFound
 ) -> Iterator[str]:
     body = person.placed.body
@@ -339,7 +339,7 @@ def _faces(
     return bool(normal @ rest.normal >= normal @ rest.other)
 
 
-def buried_controls(environment: Environment) -> list[str]:
+def controls_inside_solids(environment: Environment) -> list[str]:
     """In words, the controls whose point is inside a solid part that is not their own."""
     solids = np.flatnonzero(environment.solid & ~environment.hidden).tolist()
     shells = {environment.parts[k]: environment.triangle_corners(k) for k in solids}
@@ -348,7 +348,7 @@ def buried_controls(environment: Environment) -> list[str]:
         for name, corners in shells.items():
             if name in control.own_parts:
                 continue
-            if abs(point_winding(*control.at, corners, 0, len(corners))) > 0.5:
+            if abs(winding_number(*control.at, corners, 0, len(corners))) > 0.5:
                 notes.append(
                     f"control {control.name!r} is inside the solid part {name!r}: "
                     f"a hand gets there as deep as the part allows; check where it is"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.body.people.draw import draw_people
+from workbench.body.people.sampling import draw_people
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.population import Population, sex_index

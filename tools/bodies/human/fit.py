@@ -17,14 +17,14 @@ from scipy.sparse.csgraph import connected_components
 from human.skeleton import SEGMENTS
 from workbench.body.fitting.candidates import (
     Candidates,
-    Limits,
+    FitBounds,
     Samples,
     even_samples,
     inner_balls,
     joined_candidates,
 )
 from workbench.body.fitting.cover import Targets, cover, joined_targets
-from workbench.body.fitting.polish import polished
+from workbench.body.fitting.polish import refine_spheres
 from workbench.body.fitting.regions import Regions
 from workbench.body.surface import Surface
 
@@ -132,7 +132,7 @@ def fitted(
         )
         targets.append(Targets(part.point, 0.97 * tolerance, may.astype(np.int64)))
         slack = np.random.default_rng(seed + 2).random(len(part)) * 0.7 * tolerance
-        limits = Limits(0.0025, 0.16, 0.0, 0.0)
+        limits = FitBounds(0.0025, 0.16, 0.0, 0.0)
         bits = (1 << label).astype(np.int64)
         found = inner_balls(surface, part, limits, slack=slack, bits=bits, regions=Regions())
         balls.append(_middled(surface, _of_one_part(surface, share, found)))
@@ -263,8 +263,8 @@ def _polished(spheres: Spheres, samples: list[Samples]) -> Spheres:
     from workbench.geometry.nearest import morton_order
 
     both = both[morton_order(both)]
-    centre, radius = polished(
-        both, centre, radius, free=free, limits=Limits(0.002, 0.2, 1, 1), steps=4
+    centre, radius = refine_spheres(
+        both, centre, radius, free=free, limits=FitBounds(0.002, 0.2, 1, 1), steps=4
     )
     count = len(spheres.radius)
     twin_centre = centre[:count] * [1, 0, 1]

@@ -18,7 +18,7 @@ from workbench.body.fitting.proof import gap_bound
 from workbench.body.scaling.seated import seated
 from workbench.body.surface import Surface
 from workbench.geometry.nearest import morton_order
-from workbench.geometry.polygon import point_winding
+from workbench.geometry.polygon import winding_number
 from workbench.model.body import Body
 from workbench.model.poses import Placed
 
@@ -196,7 +196,7 @@ def _winding(points, corner):  # type: ignore[no-untyped-def]
     found = np.zeros(len(points))
     for i in prange(len(points)):
         x, y, z = points[i]
-        found[i] = point_winding(x, y, z, corner, 0, len(corner))
+        found[i] = winding_number(x, y, z, corner, 0, len(corner))
     return found
 
 

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.body.fitting.regions import Regions
-from workbench.body.kernels.spacing import thin_points
+from workbench.body.kernels.poisson_disk import sample_poisson_disk
 from workbench.body.surface import Surface
 from workbench.errors import UsageError
-from workbench.geometry.nearest import morton_order, shrink_balls
+from workbench.geometry.nearest import medial_balls, morton_order
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = [
     "LONGEST",
     "SHORTEST",
     "Candidates",
-    "Limits",
+    "FitBounds",
     "Samples",
     "bounded_radius",
     "even_samples",
@@ -40,7 +40,7 @@ _RETREAT = 0.7
 
 
 @dataclass(frozen=True)
-class Limits:
+class FitBounds:
     """Bounds of radii and tolerances [m]."""
 
     least: float
@@ -55,7 +55,7 @@ class Limits:
     @classmethod
     def checked(
         cls, *, least_radius: float, greatest_radius: float, outward: float, inward: float
-    ) -> Limits:
+    ) -> FitBounds:
         """Check and take given lengths [m].
 
         Raises
@@ -80,9 +80,9 @@ class Limits:
             )
         return cls(least_radius, greatest_radius, outward, inward)
 
-    def scaled(self, factor: float) -> Limits:
+    def scaled(self, factor: float) -> FitBounds:
         """Return the limits with both tolerances multiplied."""
-        return Limits(self.least, self.greatest, self.outward * factor, self.inward * factor)
+        return FitBounds(self.least, self.greatest, self.outward * factor, self.inward * factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class Candidates:
         return Candidates(self.centre[index], self.depth[index], self.bits[index])
 
 
-def bounded_radius(depth: Floats, limits: Limits) -> Floats:
+def bounded_radius(depth: Floats, limits: FitBounds) -> Floats:
     """Return the radii (m,) [m] that use up the outward tolerance, of centres at depths (m,) [m].
 
     The radius is 0 where the least radius would protrude by more than the tolerance.
@@ -116,7 +116,7 @@ def bounded_radius(depth: Floats, limits: Limits) -> Floats:
 def inner_balls(
     surface: Surface,
     samples: Samples,
-    limits: Limits,
+    limits: FitBounds,
     *,
     slack: Floats,
     bits: Ints,
@@ -147,7 +147,7 @@ def inner_balls(
     centre = np.empty((len(order), 3))
     start = np.full(len(order), max(limits.greatest - limits.outward, limits.least))
     start = np.minimum(start, np.maximum(regions.reach(point, bits), limits.least))
-    shrink_balls(point, normal, start, slack, surface.solid, centre)
+    medial_balls(point, normal, start, slack, surface.solid, centre)
     for _ in range(_RETREATS):
         away = regions.foreign(centre, bits)
         if not away.any():
@@ -210,7 +210,7 @@ def even_samples(surface: Surface, spacing: float, *, seed: int = 0) -> Samples:
     count = max(64, int(_DARTS * 0.7 * surface.area / spacing**2))
     darts = random_samples(surface, count, seed=seed)
     shuffled = darts.at(np.random.default_rng(seed + 1).permutation(count))
-    kept = shuffled.at(thin_points(shuffled.point, spacing))
+    kept = shuffled.at(sample_poisson_disk(shuffled.point, spacing))
     return kept.at(morton_order(kept.point))
 
 

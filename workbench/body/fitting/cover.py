@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.body.fitting.candidates import Candidates
-from workbench.body.kernels.balls import BLOCK, block_bounds, covered_by
 from workbench.body.kernels.setcover import greedy_cover, improve_cover, prune_cover, transposed
+from workbench.body.kernels.sphere_union import BLOCK, block_bounds, covered_by
 from workbench.geometry.nearest import morton_order
 from workbench.model.arrays import Bools, Floats, Ints
 

@@ -24,11 +24,11 @@ from numpy.typing import ArrayLike
 from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
-from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.candidates import FitBounds
 from workbench.body.fitting.cover import Cover, cover, held_rows
 from workbench.body.fitting.fit_quality import FitQuality, fit_quality
 from workbench.body.fitting.polish import polished_parts, within_bounds
-from workbench.body.fitting.problem import Joints, Problem, density, prepared
+from workbench.body.fitting.problem import Joints, SetCover, density, prepared
 from workbench.body.fitting.proof import (
     Spheres,
     parts_of,
@@ -130,7 +130,7 @@ def decompose(
 
 def fit_regions(
     surface: Surface,
-    limits: Limits,
+    limits: FitBounds,
     joints: Joints,
     regions: Regions,
     *,
@@ -172,7 +172,7 @@ def fit_regions(
 
 
 def _within(
-    surface: Surface, limits: Limits, joints: Joints, regions: Regions, seed: int
+    surface: Surface, limits: FitBounds, joints: Joints, regions: Regions, seed: int
 ) -> tuple[Spheres, Ints]:
     """Fit spheres that keep the tolerances, with proof.
 
@@ -196,7 +196,7 @@ def _within(
     return proved_polish(problem, limits, triangles, safe, bits), bits
 
 
-def _refined(problem: Problem, limits: Limits, chosen: Ints) -> Spheres:
+def _refined(problem: SetCover, limits: FitBounds, chosen: Ints) -> Spheres:
     """Refine chosen candidates by least squares; joint spheres stay as they are."""
     bits = problem.candidates.bits[chosen]
     safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
@@ -209,10 +209,12 @@ def _refined(problem: Problem, limits: Limits, chosen: Ints) -> Spheres:
     return spheres
 
 
-def _limits(outward: float | None, inward: float | None, least: float, greatest: float) -> Limits:
+def _limits(
+    outward: float | None, inward: float | None, least: float, greatest: float
+) -> FitBounds:
     """Limits of given lengths [m]; one tolerance is the other where it is left out."""
     tolerances = [given for given in (outward, inward) if given is not None] or [0.005]
-    return Limits.checked(
+    return FitBounds.checked(
         least_radius=float(least),
         greatest_radius=float(greatest),
         outward=float(tolerances[0]),
@@ -220,7 +222,9 @@ def _limits(outward: float | None, inward: float | None, least: float, greatest:
     )
 
 
-def _joints(surface: Surface, joints: ArrayLike, limits: Limits | None, greatest: float) -> Joints:
+def _joints(
+    surface: Surface, joints: ArrayLike, limits: FitBounds | None, greatest: float
+) -> Joints:
     """Required spheres, checked: inside, and not out of the surface by more than the tolerance."""
     rows = np.asarray(joints, dtype=np.float64)
     rows = rows if rows.size else np.zeros((0, 3))
@@ -237,7 +241,7 @@ def _joints(surface: Surface, joints: ArrayLike, limits: Limits | None, greatest
     return Joints(centre, radius, np.full(len(rows), EVERYONE))
 
 
-def _check_joint(name: str, depth: float, radius: float, limits: Limits | None) -> None:
+def _check_joint(name: str, depth: float, radius: float, limits: FitBounds | None) -> None:
     """Refuse a joint sphere outside the surface, or with an impossible radius [m]."""
     if depth <= 0:
         raise InputError(
@@ -282,7 +286,7 @@ class _Setup:
         """Number of spheres that the greedy cover should have."""
         return max(_GREEDY * self.count, self.count + 0.5)
 
-    def problem(self, limits: Limits, *, per_sphere: int, sources: int) -> Problem:
+    def problem(self, limits: FitBounds, *, per_sphere: int, sources: int) -> SetCover:
         """Sample the surface for the wanted number, with some candidates per sphere."""
         samples = float(np.clip(per_sphere * self.count, 4_000, 400_000))
         return prepared(
@@ -297,8 +301,8 @@ class _Setup:
 
 
 def covered_by_count(
-    surface: Surface, limits: Limits, count: int, *, joints: Joints, regions: Regions, seed: int
-) -> tuple[Problem, Limits, Ints]:
+    surface: Surface, limits: FitBounds, count: int, *, joints: Joints, regions: Regions, seed: int
+) -> tuple[SetCover, FitBounds, Ints]:
     """Cover a surface with a given number of spheres at about the tightest tolerance they allow.
 
     Parameters
@@ -338,7 +342,7 @@ def covered_by_count(
     )
 
 
-def _corrected(problem: Problem, limits: Limits, setup: _Setup) -> Limits:
+def _corrected(problem: SetCover, limits: FitBounds, setup: _Setup) -> FitBounds:
     """Limits whose greedy cover on fine samples has the wanted number to 1.5 %, or nearly."""
     for _ in range(_FINE_ROUNDS):
         found = _cover(_with_margin(problem, limits), limits)
@@ -350,14 +354,14 @@ def _corrected(problem: Problem, limits: Limits, setup: _Setup) -> Limits:
     return limits
 
 
-def _with_margin(problem: Problem, limits: Limits) -> Problem:
+def _with_margin(problem: SetCover, limits: FitBounds) -> SetCover:
     """The problem under another inward tolerance."""
     margin = np.where(problem.targets.margin > 0, 0.97 * limits.inward, 0.0)
     return replace(problem, targets=replace(problem.targets, margin=margin))
 
 
 def _cover(
-    problem: Problem, limits: Limits, *, moves: int = 0, target: int = 0, seed: int = 0
+    problem: SetCover, limits: FitBounds, *, moves: int = 0, target: int = 0, seed: int = 0
 ) -> Cover:
     """Cover the targets with candidates; those that the limits forbid hold nothing."""
     radius = problem.radius(limits)
@@ -372,7 +376,7 @@ def _cover(
     )
 
 
-def _bisected(problem: Problem, limits: Limits, setup: _Setup) -> Limits:
+def _bisected(problem: SetCover, limits: FitBounds, setup: _Setup) -> FitBounds:
     """Limits whose greedy cover has the wanted number to 1 %, by bisection of log tolerance."""
     low = np.log(1 / 32)
     high = np.log(32)
@@ -392,7 +396,7 @@ def _bisected(problem: Problem, limits: Limits, setup: _Setup) -> Limits:
 
 def fewest_spheres(
     surface: Surface,
-    limits: Limits,
+    limits: FitBounds,
     joints: Joints,
     regions: Regions,
     *,

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from workbench.body.fitting.candidates import Samples, random_samples
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.proof import deepest_hollow, gap_bound, split_triangles
-from workbench.body.kernels.scanlines import shared_volume
+from workbench.body.kernels.volume_integration import shared_volume
 from workbench.body.surface import Surface
 from workbench.geometry.box_pairs import in_ranges
 from workbench.geometry.nearest import morton_order

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.body.fitting.candidates import Limits
-from workbench.body.kernels.balls import BLOCK, block_bounds, nearest_ball
+from workbench.body.fitting.candidates import FitBounds
+from workbench.body.kernels.sphere_union import BLOCK, block_bounds, nearest_ball
 from workbench.body.surface import Surface
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["polished", "polished_parts", "union_field", "within_bounds"]
+__all__ = ["polished_parts", "refine_spheres", "union_field", "within_bounds"]
 
 _DAMPING = 0.02
 """Levenberg's damping, as a share of the number of samples that a sphere holds."""
@@ -44,8 +44,14 @@ def union_field(points: Floats, centre: Floats, radius: Floats) -> tuple[Floats,
     return field, ball
 
 
-def polished(
-    points: Floats, centre: Floats, radius: Floats, *, free: Bools, limits: Limits, steps: int = 8
+def refine_spheres(
+    points: Floats,
+    centre: Floats,
+    radius: Floats,
+    *,
+    free: Bools,
+    limits: FitBounds,
+    steps: int = 8,
 ) -> tuple[Floats, Floats]:
     """Move and resize spheres so that points lie on their union in the least-squares sense.
 
@@ -104,10 +110,10 @@ def polished_parts(
     spheres: tuple[Floats, Floats],
     *,
     free: Bools,
-    limits: Limits,
+    limits: FitBounds,
     parts: list[tuple[Bools, Bools]],
 ) -> tuple[Floats, Floats]:
-    """Refine spheres part by part, see `polished`.
+    """Refine spheres part by part, see `refine_spheres`.
 
     Parameters
     ----------
@@ -126,14 +132,14 @@ def polished_parts(
     radius = spheres[1].copy()
     for holds, mine in parts:
         if holds.any() and (mine & free).any():
-            centre[mine], radius[mine] = polished(
+            centre[mine], radius[mine] = refine_spheres(
                 points[holds], centre[mine], radius[mine], free=free[mine], limits=limits
             )
     return centre, radius
 
 
 def within_bounds(
-    surface: Surface, moved: tuple[Floats, Floats], safe: tuple[Floats, Floats], limits: Limits
+    surface: Surface, moved: tuple[Floats, Floats], safe: tuple[Floats, Floats], limits: FitBounds
 ) -> tuple[Floats, Floats]:
     """Take moved spheres back into the outward tolerance: smaller if that is enough, else as they were.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.body.fitting.candidates import (
     Candidates,
-    Limits,
+    FitBounds,
     Samples,
     bounded_radius,
     even_samples,
@@ -19,12 +19,21 @@ from workbench.body.fitting.candidates import (
 from workbench.body.fitting.cover import Targets, joined_targets
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.regions import EVERYONE, Regions
-from workbench.body.kernels.spacing import thin_points
+from workbench.body.kernels.poisson_disk import sample_poisson_disk
 from workbench.body.surface import Surface
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["Bare", "Joints", "Problem", "density", "packed", "prepared", "refuse_bare", "with_more"]
+__all__ = [
+    "Bare",
+    "Joints",
+    "SetCover",
+    "density",
+    "packed",
+    "prepared",
+    "refuse_bare",
+    "with_more",
+]
 
 _MAX_SAMPLES = 700_000
 """Samples of a surface at most; twice as many took more than 12 GB."""
@@ -58,7 +67,7 @@ class Bare:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class SetCover:
     """A set cover to solve."""
 
     surface: Surface
@@ -71,14 +80,14 @@ class Problem:
     candidates: Candidates
     """Candidate spheres, those of joints first."""
 
-    def radius(self, limits: Limits) -> Floats:
+    def radius(self, limits: FitBounds) -> Floats:
         """Return the radius (m,) [m] of each candidate under limits, 0 where it can have none."""
         radius = bounded_radius(self.candidates.depth, limits)
         radius[: len(self.joints.radius)] = self.joints.radius
         return radius
 
 
-def density(surface: Surface, limits: Limits) -> tuple[float, int]:
+def density(surface: Surface, limits: FitBounds) -> tuple[float, int]:
     """Return a spacing [m] of samples and a number of candidates that suit the tolerances."""
     thickness = 2 * surface.volume / surface.area
     expected = surface.area / (8 * thickness * min(limits.outward + limits.inward, thickness))
@@ -93,7 +102,7 @@ def density(surface: Surface, limits: Limits) -> tuple[float, int]:
 
 def prepared(
     surface: Surface,
-    limits: Limits,
+    limits: FitBounds,
     *,
     spacing: float,
     sources: int,
@@ -101,7 +110,7 @@ def prepared(
     regions: Regions,
     seed: int,
     eroded: bool = False,
-) -> Problem:
+) -> SetCover:
     """Prepare a set cover of a surface.
 
     Parameters
@@ -130,7 +139,7 @@ def prepared(
     balls = _candidates_under(samples, surface, limits, sources, regions, seed)
     first = Candidates(joints.centre, -surface.distance(joints.centre), joints.bits)
     on_surface = _surface_targets(samples, surface, limits, regions, eroded=eroded)
-    return Problem(
+    return SetCover(
         surface,
         regions,
         joints,
@@ -140,7 +149,7 @@ def prepared(
     )
 
 
-def _check_sample_count(surface: Surface, limits: Limits, spacing: float) -> None:
+def _check_sample_count(surface: Surface, limits: FitBounds, spacing: float) -> None:
     """Refuse a spacing [m] that needs too many samples."""
     needed = 0.7 * surface.area / spacing**2
     if needed > _MAX_SAMPLES:
@@ -152,7 +161,7 @@ def _check_sample_count(surface: Surface, limits: Limits, spacing: float) -> Non
 
 
 def _candidates_under(
-    samples: Samples, surface: Surface, limits: Limits, sources: int, regions: Regions, seed: int
+    samples: Samples, surface: Surface, limits: FitBounds, sources: int, regions: Regions, seed: int
 ) -> Candidates:
     """Candidates under about `sources` samples, for each segment that must hold them."""
     under = samples
@@ -164,7 +173,7 @@ def _candidates_under(
 
 
 def _surface_targets(
-    samples: Samples, surface: Surface, limits: Limits, regions: Regions, *, eroded: bool
+    samples: Samples, surface: Surface, limits: FitBounds, regions: Regions, *, eroded: bool
 ) -> Targets:
     """A target for each sample and each segment that must hold it; near a border there are two."""
     point = samples.point
@@ -178,13 +187,13 @@ def _surface_targets(
     return Targets(point[row], margin[row], bits)
 
 
-def _inner_targets(balls: Candidates, limits: Limits) -> Targets:
+def _inner_targets(balls: Candidates, limits: FitBounds) -> Targets:
     """Centres of candidates, thinned, that must lie inside the union: against voids in thick parts."""
     deep = np.flatnonzero((balls.depth > limits.inward) & (bounded_radius(balls.depth, limits) > 0))
     deep = deep[np.argsort(-balls.depth[deep], kind="stable")]
     if len(deep):
         spacing = max(2.0 * limits.inward, 0.25 * float(np.median(balls.depth[deep])))
-        deep = deep[thin_points(balls.centre[deep], spacing)]
+        deep = deep[sample_poisson_disk(balls.centre[deep], spacing)]
     everyone = np.full(len(deep), EVERYONE)
     return Targets(balls.centre[deep], np.zeros(len(deep)), everyone)
 
@@ -200,7 +209,7 @@ def singles(bits: Ints, count: int) -> tuple[Ints, Ints]:
     return row, np.int64(1) << segment
 
 
-def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> Problem:
+def with_more(problem: SetCover, limits: FitBounds, bare: Bare, hollow: Floats) -> SetCover:
     """Add places that were found uncovered, and spheres that hold them.
 
     Parameters
@@ -238,7 +247,7 @@ def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> P
     return replace(problem, targets=joined_targets(targets), candidates=joined_candidates(balls))
 
 
-def refuse_bare(problem: Problem, limits: Limits, bare: Ints) -> NoReturn:
+def refuse_bare(problem: SetCover, limits: FitBounds, bare: Ints) -> NoReturn:
     """Refuse targets that no allowed sphere holds, and say what is reachable.
 
     Parameters
@@ -273,7 +282,7 @@ def refuse_bare(problem: Problem, limits: Limits, bare: Ints) -> NoReturn:
     )
 
 
-def inner_depth(problem: Problem, limits: Limits, bare: Ints) -> Floats:
+def inner_depth(problem: SetCover, limits: FitBounds, bare: Ints) -> Floats:
     """Return the depth (k,) [m] of the largest ball that touches the surface nearest to each target."""
     _, face, foot = problem.surface.nearest(problem.targets.point[bare])
     solid = problem.surface.solid

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.body.fitting.candidates import Limits, Samples
+from workbench.body.fitting.candidates import FitBounds, Samples
 from workbench.body.fitting.cover import cover
 from workbench.body.fitting.polish import polished_parts, union_field, within_bounds
-from workbench.body.fitting.problem import Bare, Problem, refuse_bare, with_more
-from workbench.body.kernels.balls import widest_gap
-from workbench.body.kernels.hollows import deep_patches
-from workbench.body.kernels.spacing import thin_points
+from workbench.body.fitting.problem import Bare, SetCover, refuse_bare, with_more
+from workbench.body.kernels.coverage_proof import uncovered_patches
+from workbench.body.kernels.poisson_disk import sample_poisson_disk
+from workbench.body.kernels.sphere_union import max_distance_bound
 from workbench.body.surface import Surface
 from workbench.errors import InputError
 from workbench.geometry.nearest import morton_order
@@ -24,15 +24,15 @@ from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = [
     "Spheres",
-    "bare_places",
     "deepest_hollow",
     "gap_bound",
-    "hollow_places",
     "parts_of",
     "proved_cover",
     "proved_polish",
     "segment_triangles",
     "split_triangles",
+    "uncovered_regions",
+    "unmatched_regions",
 ]
 
 Spheres = tuple[Floats, Floats]
@@ -56,7 +56,7 @@ class Uncovered:
         return len(self.bare) + len(self.hollow)
 
 
-def segment_triangles(problem: Problem, longest: float) -> list[Floats]:
+def segment_triangles(problem: SetCover, longest: float) -> list[Floats]:
     """Return the triangles (T, 3, 3) that each segment must hold, no side longer than `longest` [m]."""
     surface = problem.surface
     corners = split_triangles(surface.vertices[surface.faces], longest)
@@ -65,8 +65,8 @@ def segment_triangles(problem: Problem, longest: float) -> list[Floats]:
 
 
 def proved_cover(
-    problem: Problem, limits: Limits, triangles: list[Floats], seed: int
-) -> tuple[Problem, Ints]:
+    problem: SetCover, limits: FitBounds, triangles: list[Floats], seed: int
+) -> tuple[SetCover, Ints]:
     """Cover the targets, prove the tolerance, add what is bare, and repeat until all is proved.
 
     The first rounds improve the cover, later ones only add to it.
@@ -117,7 +117,7 @@ def proved_cover(
     )
 
 
-def _only(problem: Problem, usable: Bools, chosen: Ints | None) -> tuple[Problem, Ints | None]:
+def _only(problem: SetCover, usable: Bools, chosen: Ints | None) -> tuple[SetCover, Ints | None]:
     """The problem without the candidates that the limits forbid, and the chosen ones renumbered."""
     if usable.all():
         return problem, chosen
@@ -126,7 +126,7 @@ def _only(problem: Problem, usable: Bools, chosen: Ints | None) -> tuple[Problem
     return replace(problem, candidates=problem.candidates.at(usable)), kept
 
 
-def _retried(problem: Problem, limits: Limits, bare: Ints) -> Problem:
+def _retried(problem: SetCover, limits: FitBounds, bare: Ints) -> SetCover:
     """The problem with a sphere of its own for each bare target; refused if none is allowed."""
     places = Bare(_foot(problem.surface, problem.targets.point[bare]), problem.targets.may[bare])
     more = with_more(problem, limits, places, np.zeros((0, 3)))
@@ -138,7 +138,7 @@ def _retried(problem: Problem, limits: Limits, bare: Ints) -> Problem:
 
 
 def _uncovered(
-    problem: Problem, limits: Limits, triangles: list[Floats], spheres: Spheres, bits: Ints
+    problem: SetCover, limits: FitBounds, triangles: list[Floats], spheres: Spheres, bits: Ints
 ) -> Uncovered:
     """Places on the surface that the spheres of a segment do not hold, and those inside that none holds."""
     places = []
@@ -148,11 +148,11 @@ def _uncovered(
         if len(corners) and not mine.any():
             found = corners.mean(axis=1)[:1]
         else:
-            found = bare_places(corners, spheres[0][mine], spheres[1][mine], limits.inward)
+            found = unmatched_regions(corners, spheres[0][mine], spheres[1][mine], limits.inward)
         places.append(found)
         of.append(np.full(len(found), np.int64(1) << k))
     bare = Bare(_foot(problem.surface, np.concatenate(places)), np.concatenate(of))
-    return Uncovered(bare, hollow_places(problem.surface, *spheres, limits.inward))
+    return Uncovered(bare, uncovered_regions(problem.surface, *spheres, limits.inward))
 
 
 def _foot(surface: Surface, points: Floats) -> Samples:
@@ -163,7 +163,7 @@ def _foot(surface: Surface, points: Floats) -> Samples:
     return Samples(foot, normal[face], face)
 
 
-def parts_of(problem: Problem, bits: Ints) -> list[tuple[Bools, Bools]]:
+def parts_of(problem: SetCover, bits: Ints) -> list[tuple[Bools, Bools]]:
     """Return, for each segment, the samples (n,) that it must hold and its own spheres (m,).
 
     bits (m,): the segments that each sphere serves.
@@ -173,7 +173,7 @@ def parts_of(problem: Problem, bits: Ints) -> list[tuple[Bools, Bools]]:
 
 
 def proved_polish(
-    problem: Problem, limits: Limits, triangles: list[Floats], safe: Spheres, bits: Ints
+    problem: SetCover, limits: FitBounds, triangles: list[Floats], safe: Spheres, bits: Ints
 ) -> Spheres:
     """Refine spheres, then take back what breaks the proof.
 
@@ -242,24 +242,26 @@ _RESERVE = 0.02
 _GOLDEN = 0.5 * (1 + np.sqrt(5))
 
 
-def bare_places(corners: Floats, centre: Floats, radius: Floats, inward: float) -> Floats:
+def unmatched_regions(corners: Floats, centre: Floats, radius: Floats, inward: float) -> Floats:
     """Return points (k, 3) of triangles (T, 3, 3) that are not proved to lie within `inward` [m] of the
     union of spheres (m, 3), (m,) [m].
     """
     points = np.empty((len(corners), 3))
     gaps = np.empty((len(corners), 2))
-    widest_gap(corners, centre, radius, (1 - _RESERVE) * inward, _RESERVE * inward, points, gaps)
+    max_distance_bound(
+        corners, centre, radius, (1 - _RESERVE) * inward, _RESERVE * inward, points, gaps
+    )
     # rounding of the last digits is not a fault
     bad = points[gaps[:, 1] > inward * (1 + 1e-9)]
-    return bad[thin_points(bad, 0.5 * inward)] if len(bad) else bad
+    return bad[sample_poisson_disk(bad, 0.5 * inward)] if len(bad) else bad
 
 
-def hollow_places(surface: Surface, centre: Floats, radius: Floats, inward: float) -> Floats:
+def uncovered_regions(surface: Surface, centre: Floats, radius: Floats, inward: float) -> Floats:
     """Return points (k, 3) of the exposed spheres that are not proved to lie at most `inward` [m] under
     the surface.
     """
     places = _deep(surface, (centre, radius), inward, _RESERVE * inward, most=64)[0]
-    return places[thin_points(places, 0.5 * inward)] if len(places) else places
+    return places[sample_poisson_disk(places, 0.5 * inward)] if len(places) else places
 
 
 def deepest_hollow(surface: Surface, centre: Floats, radius: Floats, floor: float) -> float:
@@ -286,7 +288,7 @@ def gap_bound(corners: Floats, centre: Floats, radius: Floats) -> float:
     points = np.empty((len(corners), 3))
     gaps = np.empty((len(corners), 2))
     for _ in range(2):
-        widest_gap(corners, centre, radius, floor, _RESERVE * floor, points, gaps)
+        max_distance_bound(corners, centre, radius, floor, _RESERVE * floor, points, gaps)
         floor = max(floor, float(gaps[:, 0].max()))
     return float(max(0.0, gaps[:, 1].max()))
 
@@ -312,7 +314,9 @@ def _deep(
     """Places (k, 3) on the exposed spheres not proved at most `inward` deep, `most` a sphere, and the deepest [m]."""
     points = np.empty((most * len(spheres[1]), 3))
     depth = np.empty(most * len(spheres[1]))
-    found = deep_patches(*spheres, _icosahedron(), surface.solid, inward, fine, most, points, depth)
+    found = uncovered_patches(
+        *spheres, _icosahedron(), surface.solid, inward, fine, most, points, depth
+    )
     return points[:found], float(depth[:found].max(initial=inward))
 
 

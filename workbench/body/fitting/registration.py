@@ -30,8 +30,8 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import ShapeBasis
 from workbench.model.body import Body
+from workbench.model.joint_angles import compose
 from workbench.model.poses import Poses
-from workbench.model.posing import compose
 from workbench.model.quaternions import exponential, matrices
 
 __all__ = ["Registration", "register"]

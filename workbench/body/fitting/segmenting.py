@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.body.fitting.candidates import Limits, random_samples
+from workbench.body.fitting.candidates import FitBounds, random_samples
 from workbench.body.fitting.decompose import MAX_SPHERES, SphereFit, fit_regions
 from workbench.body.fitting.fit_quality import distance_to_union, exposed_points, fit_quality
 from workbench.body.fitting.polish import union_field
@@ -23,7 +23,7 @@ from workbench.body.fitting.regions import Regions
 from workbench.body.surface import Surface
 from workbench.errors import InputError, UsageError
 from workbench.model.arguments import check_fields, given_words
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, read_only
 
 __all__ = [
     "Bones",
@@ -75,7 +75,7 @@ class Bones:
     def __post_init__(self) -> None:
         check_fields(self)
         for field in ("head", "tail"):
-            value = frozen(
+            value = read_only(
                 getattr(self, field), np.float64, (len(self.segments), 3), f"bones.{field}"
             )
             object.__setattr__(self, field, value)
@@ -177,7 +177,7 @@ def fit_segments(
     InputError
         If a joint or a bone lies outside the surface, or the tolerance is impossible.
     """
-    limits = Limits.checked(
+    limits = FitBounds.checked(
         least_radius=least_radius, greatest_radius=greatest_radius, outward=outward, inward=inward
     )
     place, served = bones.joints()
@@ -213,7 +213,7 @@ def _joint_radii(given: ArrayLike | None, joints: int) -> Floats | None:
 
 
 def fit_whole(
-    surface: Surface, limits: Limits, *, name: str, count: int | None = None, seed: int = 0
+    surface: Surface, limits: FitBounds, *, name: str, count: int | None = None, seed: int = 0
 ) -> SegmentedFit:
     """Fit a surface as one segment without joints, with the same figures as `fit_segments`.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from workbench.body.kernels.rotation import product, quaternion_matrix, twist_angle
 from workbench.compiled import njit
-from workbench.geometry.quads import FOUR, first_of, four, load_four, store_triples
+from workbench.geometry.simd4 import FOUR, first_of, load_four, splat4, store_triples
 
 __all__ = ["Chain", "Rows", "Skin", "chain_transforms", "place_bodies", "place_spheres"]
 
@@ -172,19 +172,19 @@ def _turn(x):  # type: ignore[no-untyped-def]
     Taylor's series of sin x and cos x has a remainder below 1e-16. The angle is doubled twice by
     sin 2a = 2 sin a cos a and cos 2a - 1 = -2 sin^2 a.
     """
-    one = four(1.0)
+    one = splat4(1.0)
     y = x * x
-    s = four(-1 / 1307674368000) * y + four(1 / 6227020800)
-    s = (s * y + four(-1 / 39916800)) * y + four(1 / 362880)
-    s = (s * y + four(-1 / 5040)) * y + four(1 / 120)
-    s = ((s * y + four(-1 / 6)) * y + one) * x
-    c = four(1 / 20922789888000) * y + four(-1 / 87178291200)
-    c = (c * y + four(1 / 479001600)) * y + four(-1 / 3628800)
-    c = (c * y + four(1 / 40320)) * y + four(-1 / 720)
-    c = ((c * y + four(1 / 24)) * y + four(-1 / 2)) * y + one
-    twice = four(2.0) * s * c
-    less = four(-2.0) * s * s
-    return four(2.0) * twice * (one + less), four(-2.0) * twice * twice
+    s = splat4(-1 / 1307674368000) * y + splat4(1 / 6227020800)
+    s = (s * y + splat4(-1 / 39916800)) * y + splat4(1 / 362880)
+    s = (s * y + splat4(-1 / 5040)) * y + splat4(1 / 120)
+    s = ((s * y + splat4(-1 / 6)) * y + one) * x
+    c = splat4(1 / 20922789888000) * y + splat4(-1 / 87178291200)
+    c = (c * y + splat4(1 / 479001600)) * y + splat4(-1 / 3628800)
+    c = (c * y + splat4(1 / 40320)) * y + splat4(-1 / 720)
+    c = ((c * y + splat4(1 / 24)) * y + splat4(-1 / 2)) * y + one
+    twice = splat4(2.0) * s * c
+    less = splat4(-2.0) * s * s
+    return splat4(2.0) * twice * (one + less), splat4(-2.0) * twice * twice
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -205,18 +205,18 @@ def _frame(world, p, n):  # type: ignore[no-untyped-def]
     """Return the twelve entries of a segment's transform, each as four equal numbers."""
     w = world[p, n]
     return (
-        four(w[0, 0]),
-        four(w[0, 1]),
-        four(w[0, 2]),
-        four(w[0, 3]),
-        four(w[1, 0]),
-        four(w[1, 1]),
-        four(w[1, 2]),
-        four(w[1, 3]),
-        four(w[2, 0]),
-        four(w[2, 1]),
-        four(w[2, 2]),
-        four(w[2, 3]),
+        splat4(w[0, 0]),
+        splat4(w[0, 1]),
+        splat4(w[0, 2]),
+        splat4(w[0, 3]),
+        splat4(w[1, 0]),
+        splat4(w[1, 1]),
+        splat4(w[1, 2]),
+        splat4(w[1, 3]),
+        splat4(w[2, 0]),
+        splat4(w[2, 1]),
+        splat4(w[2, 2]),
+        splat4(w[2, 3]),
     )
 
 
@@ -245,7 +245,7 @@ def _four_spheres(skin, s, quarter, f, centres, at):  # type: ignore[no-untyped-
     y = load_four(skin.centre, u)
     z = load_four(skin.centre, v)
     if quarter != 0.0:
-        turn, less = _turn(load_four(skin.twist_share, s) * four(quarter))
+        turn, less = _turn(load_four(skin.twist_share, s) * splat4(quarter))
         x = _turned(x, load_four(skin.out, s), load_four(skin.across, s), turn, less)
         y = _turned(y, load_four(skin.out, u), load_four(skin.across, u), turn, less)
         z = _turned(z, load_four(skin.out, v), load_four(skin.across, v), turn, less)
@@ -259,22 +259,22 @@ def _one_sphere(skin, s, quarter, f, share, m):  # type: ignore[no-untyped-def]
 
     Its centre first moves by `share` of the rotation m about its blend point.
     """
-    x = four(skin.centre[0, s])
-    y = four(skin.centre[1, s])
-    z = four(skin.centre[2, s])
+    x = splat4(skin.centre[0, s])
+    y = splat4(skin.centre[1, s])
+    z = splat4(skin.centre[2, s])
     if quarter != 0.0:
-        turn, less = _turn(four(skin.twist_share[s] * quarter))
-        x = _turned(x, four(skin.out[0, s]), four(skin.across[0, s]), turn, less)
-        y = _turned(y, four(skin.out[1, s]), four(skin.across[1, s]), turn, less)
-        z = _turned(z, four(skin.out[2, s]), four(skin.across[2, s]), turn, less)
+        turn, less = _turn(splat4(skin.twist_share[s] * quarter))
+        x = _turned(x, splat4(skin.out[0, s]), splat4(skin.across[0, s]), turn, less)
+        y = _turned(y, splat4(skin.out[1, s]), splat4(skin.across[1, s]), turn, less)
+        z = _turned(z, splat4(skin.out[2, s]), splat4(skin.across[2, s]), turn, less)
     if share != 0.0:
         b = skin.blend_point[s]
         u = first_of(x) - b[0]
         v = first_of(y) - b[1]
         w = first_of(z) - b[2]
-        x = x + four(share * (m[0] * u + m[1] * v + m[2] * w - u))
-        y = y + four(share * (m[3] * u + m[4] * v + m[5] * w - v))
-        z = z + four(share * (m[6] * u + m[7] * v + m[8] * w - w))
+        x = x + splat4(share * (m[0] * u + m[1] * v + m[2] * w - u))
+        y = y + splat4(share * (m[3] * u + m[4] * v + m[5] * w - v))
+        z = z + splat4(share * (m[6] * u + m[7] * v + m[8] * w - w))
     x, y, z = _carried(f, x, y, z)
     return first_of(x), first_of(y), first_of(z)
 

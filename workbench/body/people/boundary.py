@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.body.people.conditional import Scores, condition, scores_of
+from workbench.body.people.conditional import Scores, conditional_distribution, scores_of
 from workbench.body.people.percentile import quantiles
 from workbench.errors import InputError
 from workbench.model.arguments import short_repr
@@ -123,7 +123,7 @@ def boundary_cases(
 
 def _cases(scores: Scores, chosen: dict[str, Floats], title: str) -> Population:
     """The eight people with the chosen measures (8,) [m; kg] by name; the others by regression."""
-    every = condition(scores, chosen)
+    every = conditional_distribution(scores, chosen)
     cockpit = tuple(chosen) == COCKPIT
     labels = _COCKPIT_WORDS if cockpit else tuple(f"{angle} degrees" for angle in _ANGLES)
     codes = np.full(len(_ANGLES), sex_index(scores.sex))

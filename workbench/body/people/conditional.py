@@ -23,8 +23,8 @@ __all__ = [
     "Conditional",
     "Improbability",
     "Scores",
-    "condition",
-    "improbability",
+    "conditional_distribution",
+    "mahalanobis_distance",
     "normal_scores",
     "scores_of",
 ]
@@ -205,7 +205,7 @@ class Improbability:
         return self.names[k], float(self.surprise[person, k])
 
 
-def condition(scores: Scores, given: Mapping[str, ArrayLike]) -> Conditional:
+def conditional_distribution(scores: Scores, given: Mapping[str, ArrayLike]) -> Conditional:
     """Compute the conditional distribution of all measures.
 
     For jointly normal scores with correlation R, of given (g) and all (a) measures:
@@ -240,7 +240,7 @@ def condition(scores: Scores, given: Mapping[str, ArrayLike]) -> Conditional:
     return Conditional(scores.names, mean, covariance, expected, spread)
 
 
-def improbability(scores: Scores, given: Mapping[str, ArrayLike]) -> Improbability:
+def mahalanobis_distance(scores: Scores, given: Mapping[str, ArrayLike]) -> Improbability:
     """Compute how improbable given measures are: each by itself, each given the others, and together.
 
     With K = R_gg^-1 the score of a measure given the others is (K z)_i / sqrt(K_ii). The squared

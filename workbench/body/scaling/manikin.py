@@ -34,7 +34,7 @@ __all__ = [
     "Band",
     "Length",
     "Manikin",
-    "Reach",
+    "PointExtent",
 ]
 
 FRONT, BACK, LEFT, RIGHT, UP, DOWN = range(6)
@@ -53,7 +53,7 @@ SEATED = frozenset(QUEUE[name] for name in ON_A_SEAT)
 """The postures on a seat, by number."""
 
 
-class Reach(NamedTuple):
+class PointExtent(NamedTuple):
     """How far one point lies along a direction in a posture: of a sphere, or of a joint."""
 
     posture: str
@@ -71,7 +71,7 @@ class Reach(NamedTuple):
 class Length:
     """A sum of signed reaches."""
 
-    terms: tuple[tuple[float, Reach], ...]
+    terms: tuple[tuple[float, PointExtent], ...]
     """Factors and reaches."""
     fixed: float = 0.0
     """What does not change with the body [m]."""
@@ -199,7 +199,7 @@ class Manikin:
         if found is None:
             rows = self._rows(key[2])
             best = int(rows[self._posture(QUEUE[posture])[2][direction][rows].argmax()])
-            found = self._farthest[key] = Length(((1.0, Reach(posture, direction, best)),))
+            found = self._farthest[key] = Length(((1.0, PointExtent(posture, direction, best)),))
         return found
 
     def band(
@@ -230,11 +230,11 @@ class Manikin:
             )
         k = int((surfaces[direction][rows] - _BAND_SLOPE * np.maximum(beyond, 0.0)).argmax())
         best = int(rows[k])
-        found = Length(((1.0, Reach(posture, direction, best)),))
+        found = Length(((1.0, PointExtent(posture, direction, best)),))
         if beyond[k] <= 0:
             return found
         side = _BAND_SLOPE if off[k] > 0 else -_BAND_SLOPE
-        aside = Length(((1.0, Reach(posture, along, best, surface=False)),)) - band.level
+        aside = Length(((1.0, PointExtent(posture, along, best, surface=False)),)) - band.level
         return found - aside * side + Length((), _BAND_SLOPE * band.half_width)
 
     def tape(self, level: Length, where: Iterable[str]) -> Length:
@@ -269,8 +269,8 @@ class Manikin:
             row = int(rows[k])
             x, y = ways[best == k].sum(axis=0).tolist()
             circles = float(np.sum(best == k) / shown[k])
-            spot = [Reach(posture, way, row, surface=False) for way in (FRONT, LEFT, UP)]
-            grown = Length(((1.0, Reach(posture, UP, row)), (-1.0, spot[2])))
+            spot = [PointExtent(posture, way, row, surface=False) for way in (FRONT, LEFT, UP)]
+            grown = Length(((1.0, PointExtent(posture, UP, row)), (-1.0, spot[2])))
             aside = Length(((1.0, spot[2]),)) - level
             found += Length(((x, spot[0]), (y, spot[1])))
             found += grown * (circles * float(radius[k])) - aside * (circles * float(off[k]))
@@ -279,11 +279,11 @@ class Manikin:
     def middle(self, posture: str, direction: int, subpart: str) -> Length:
         """Return the centre of a named sphere along a direction."""
         row = int(self._rows([subpart])[0])
-        return Length(((1.0, Reach(posture, direction, row, surface=False)),))
+        return Length(((1.0, PointExtent(posture, direction, row, surface=False)),))
 
     def joint(self, posture: str, direction: int, name: str) -> Length:
         """Return a joint along a direction."""
-        return Length(((1.0, Reach(posture, direction, joint=self.body.joint(name))),))
+        return Length(((1.0, PointExtent(posture, direction, joint=self.body.joint(name))),))
 
     def _rows(self, where: Iterable[str]) -> Ints:
         """The spheres of segments ("LF") or subparts ("LF/heel"), looked up once for all shapes of a body."""

@@ -13,8 +13,8 @@ from workbench.body.scaling.space import ON_JOINT, volumes
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
-from workbench.model.blend import settled
 from workbench.model.body import Body, check_one
+from workbench.model.skinning import with_derived_fields
 
 __all__ = ["lengthened", "morph"]
 
@@ -59,7 +59,9 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
     made = _with_shape(template, basis, detail, shape)
     mass = template.mass * _growth(template, basis, basis.detail(template.detail or level), z)
     flesh = basis.anchor_seated[basis.nearest_anchor(z)]
-    return settled(replace(made, mass=mass, basis_at=z[None], seated_factors=flesh[None]))
+    return with_derived_fields(
+        replace(made, mass=mass, basis_at=z[None], seated_factors=flesh[None])
+    )
 
 
 def _growth(template: Body, basis: ShapeBasis, detail: Detail, z: Floats) -> Floats:
@@ -162,7 +164,7 @@ def lengthened(body: Body, factors: Mapping[str, float]) -> Body:
     )
     standing = in_parent.copy()
     standing[0, parent == 0, 2] += _lowest(body) - _lowest(made)
-    return settled(replace(made, joint_in_parent=standing))
+    return with_derived_fields(replace(made, joint_in_parent=standing))
 
 
 def _lowest(body: Body) -> float:

@@ -12,10 +12,10 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.blend import distal
 from workbench.model.body import Body
-from workbench.model.posing import pose
+from workbench.model.joint_angles import pose
 from workbench.model.quaternions import rotate
+from workbench.model.skinning import distal
 
 __all__ = ["ON_A_SEAT", "POSTURES", "Rig", "Shape", "rig_of"]
 

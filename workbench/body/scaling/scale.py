@@ -23,9 +23,9 @@ from workbench.body.scaling.space import ShapeSpace, shape_space, volumes
 from workbench.body.scaling.stretch import PARAMETERS
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
-from workbench.model.blend import settled
 from workbench.model.body import SEATED_FACTORS, Body
 from workbench.model.population import check_plausible
+from workbench.model.skinning import with_derived_fields
 
 __all__ = ["LONGER", "check_likely", "morph_to", "rebuilt", "scale", "scale_many"]
 
@@ -423,7 +423,7 @@ def rebuilt(space: ShapeSpace, values: Floats, manikin: Manikin) -> Body:
         allowance=_flesh(space, manikin),
         basis_at=values[None, : space.family],
     )
-    return settled(made, steps=_ENCLOSING_STEPS)
+    return with_derived_fields(made, steps=_ENCLOSING_STEPS)
 
 
 def _on_the_floor(body: Body, manikin: Manikin) -> Floats:

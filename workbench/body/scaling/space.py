@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from workbench.body.scaling.manikin import AXES, QUEUE, SEATED, Length, Manikin, Reach
+from workbench.body.scaling.manikin import AXES, QUEUE, SEATED, Length, Manikin, PointExtent
 from workbench.body.scaling.rig import Shape
 from workbench.body.scaling.stretch import PARAMETERS, groups_of, stretch_price, stretch_shapes
 from workbench.geometry.overlap import union_volumes
@@ -70,7 +70,7 @@ class ShapeSpace:
     """(K, n) the fields of `effects` side by side."""
     _still: Floats
     """(n,) the fields of the unchanged shape side by side."""
-    _rows: dict[Reach, Floats] = field(default_factory=dict)
+    _rows: dict[PointExtent, Floats] = field(default_factory=dict)
     """(K,) rows that are known, by reach."""
 
     def shape(self, values: Floats) -> Shape:
@@ -100,7 +100,7 @@ class ShapeSpace:
             total += sign * self._rows[reach]
         return total
 
-    def _reach_row(self, reach: Reach) -> Floats:
+    def _reach_row(self, reach: PointExtent) -> Floats:
         """What each parameter (K,) adds to one reach: the sum over origin, centre and blend, plus the radius."""
         q = QUEUE[reach.posture]
         along = AXES[reach.direction]

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.groups import carried, cluster_hub
-from workbench.contact.kernels.heads import near_heads
+from workbench.contact.kernels.bounding_cylinders import cylinders_within
+from workbench.contact.kernels.clearance_groups import carried, cluster_hub
 from workbench.contact.kernels.search import foot, polygon_number, signed_distance, span_gap
-from workbench.contact.kernels.wide import near_boxes, point_lanes
-from workbench.geometry.lanes import first_bit
+from workbench.contact.kernels.wide_bvh import boxes_within, point_lanes
+from workbench.geometry.bvh import wider
 from workbench.geometry.polygon import nearest_of_record
-from workbench.geometry.tree import wider
+from workbench.geometry.simd8 import lowest_set_bit
 
 __all__ = ["ContactRows", "environment_contacts"]
 
@@ -58,11 +58,11 @@ def _near_polygons(x, y, z, r, margin, trees, where, deep, found, used, space): 
     while size > 0:
         size -= 1
         m = space.stack[size]
-        bits = near_boxes(point, trees.box, m, trees.many[m], limit, space.gaps)
+        bits = boxes_within(point, trees.box, m, trees.many[m], limit, space.gaps)
         if bits != 0:
-            bits &= near_heads(x, y, z, trees.head, m, limit, space.gaps)
+            bits &= cylinders_within(x, y, z, trees.head, m, limit, space.gaps)
         while bits != 0:
-            c = np.int64(trees.child[m, first_bit(bits)])
+            c = np.int64(trees.child[m, lowest_set_bit(bits)])
             bits &= bits - np.uint64(1)
             if c >= 0:
                 space.stack[size] = c

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.groups import carried, cluster_hub
-from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.clearance_groups import carried, cluster_hub
+from workbench.contact.kernels.point_in_solid import inside_part
 from workbench.contact.kernels.search import (
     Parts,
     foot,
@@ -33,8 +33,8 @@ from workbench.contact.kernels.search import (
     signed_distance,
     span_gap,
 )
-from workbench.geometry.lanes import eight, greatest, larger, load
-from workbench.geometry.tree import wider
+from workbench.geometry.bvh import wider
+from workbench.geometry.simd8 import greatest, larger, load, splat8
 
 __all__ = ["PartSpace", "part_clearance"]
 
@@ -77,10 +77,10 @@ class Pair(NamedTuple):
 @inlined
 def _top(n0, n1, n2, parts, k):  # type: ignore[no-untyped-def]
     """How far the vertices of part k reach along a direction, seen from the middle of its box."""
-    x = eight(np.float32(n0))
-    y = eight(np.float32(n1))
-    z = eight(np.float32(n2))
-    top = eight(-FAR)
+    x = splat8(np.float32(n0))
+    y = splat8(np.float32(n1))
+    z = splat8(np.float32(n2))
+    top = splat8(-FAR)
     for b in range(np.uint64(parts.first[k]), np.uint64(parts.first[k + 1])):
         e = b * CORNERS
         reach = x * load(parts.corner, e) + y * load(parts.corner, e + _L)

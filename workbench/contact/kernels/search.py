@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner
-from workbench.contact.kernels.heads import near_heads
-from workbench.contact.kernels.inside import Shells, inside_part
-from workbench.contact.kernels.wide import DEEP, near_boxes, point_lanes, widest
-from workbench.geometry.lanes import first_bit
+from workbench.contact.kernels.bounding_cylinders import cylinders_within
+from workbench.contact.kernels.point_in_solid import SolidMeshes, inside_part
+from workbench.contact.kernels.wide_bvh import DEEP, boxes_within, point_lanes, widest
 from workbench.geometry.polygon import Faces, nearest_of_record
+from workbench.geometry.simd8 import lowest_set_bit
 
 __all__ = [
     "Nearest",
@@ -47,7 +47,7 @@ class Trees(NamedTuple):
     many: NDArray[np.int64]
     """(M,) how many children a node has."""
     head: NDArray[np.float32]
-    """(M, 8, 8) a cylinder around each child, for `near_heads`."""
+    """(M, 8, 8) a cylinder around each child, for `cylinders_within`."""
     root: NDArray[np.int64]
     """(G,) the tree of each group, -1 where it is empty or hidden."""
     span: NDArray[np.float64]
@@ -58,7 +58,7 @@ class Parts(NamedTuple):
     """The K parts of an environment, each a group by itself."""
 
     faces: Faces
-    shells: Shells
+    shells: SolidMeshes
     trees: Trees
     corner: NDArray[np.float32]
     """(24 B,) vertices in blocks of eight, seen from the middle of their part's box [m]."""
@@ -131,11 +131,11 @@ def nearest_in(x, y, z, trees, root, hint, limit, stack, gaps):  # type: ignore[
             continue
         m = stack[size]
         low = size
-        bits = near_boxes(point, trees.box, m, trees.many[m], tied(best), gaps)
+        bits = boxes_within(point, trees.box, m, trees.many[m], tied(best), gaps)
         if bits != 0:
-            bits &= near_heads(x, y, z, trees.head, m, tied(best), gaps)
+            bits &= cylinders_within(x, y, z, trees.head, m, tied(best), gaps)
         while bits != 0:
-            k = first_bit(bits)
+            k = lowest_set_bit(bits)
             bits &= bits - np.uint64(1)
             near = gaps[DEEP + k]
             if near > most:

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.draw.camera import Camera, projective_depth
 from workbench.draw.lines.arcs import rim_ellipses, rim_planes
-from workbench.draw.lines.hidden_lines import Surroundings, ellipse_frames, surroundings
+from workbench.draw.lines.hidden_lines import DrawnSolids, ellipse_frames, surroundings
 from workbench.draw.lines.occlusion import hidden_arcs
 from workbench.draw.lines.outline import ghost_paths
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
@@ -171,7 +171,7 @@ def _level_styles(colour: str) -> list[str]:
     ]
 
 
-def _partly_hidden_rims(rims: _Rims, walls: Surroundings) -> dict[int, str]:
+def _partly_hidden_rims(rims: _Rims, walls: DrawnSolids) -> dict[int, str]:
     """Return path commands of the visible arcs of each rim that a polygon hides in part or whole,
     by the number of the rim."""
     frames = ellipse_frames(rims.disk, rims.squeeze, rims.depth, rims.tilt)

@@ -49,7 +49,7 @@ from workbench.model.environment import Environment
 
 __all__ = [
     "HIDDEN",
-    "Surroundings",
+    "DrawnSolids",
     "build_occluders",
     "ellipse_frames",
     "sections",
@@ -65,7 +65,7 @@ _DEPTH_BIAS = 1e-3
 touches it does not."""
 
 
-class Surroundings(NamedTuple):
+class DrawnSolids(NamedTuple):
     """What vector displays draw of an environment."""
 
     occluders: Occluders
@@ -76,7 +76,7 @@ class Surroundings(NamedTuple):
     """Loops (K, 2) [pixels] of the cut face of each solid part."""
 
 
-def surroundings(scene: Scene, camera: Camera, hidden: str) -> Surroundings | None:
+def surroundings(scene: Scene, camera: Camera, hidden: str) -> DrawnSolids | None:
     """Prepare the environment of a scene for vector displays, None without an environment.
 
     Parameters
@@ -99,7 +99,7 @@ def surroundings(scene: Scene, camera: Camera, hidden: str) -> Surroundings | No
     occluders = build_occluders(scene.environment, camera, cut)
     edges, see_through = drawn_edges(scene.environment, camera, cut)
     lines = visible_edge_lines(edges, see_through, scene, camera, occluders, cut)
-    return Surroundings(occluders, lines, sections(scene.environment, camera, cut))
+    return DrawnSolids(occluders, lines, sections(scene.environment, camera, cut))
 
 
 def _from_projective(camera: Camera, points: Floats) -> Floats:

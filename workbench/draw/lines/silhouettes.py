@@ -31,8 +31,8 @@ from workbench.geometry.box_pairs import box_pairs
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = [
-    "Gaps",
     "Rims",
+    "UncoveredIntervals",
     "ball_extent",
     "gaps_along",
     "gaps_round",
@@ -325,7 +325,7 @@ _LEAST_ALONG = 1e-9
 """[rad] or share of a line: the same of a line, whose ends lie hundreds of pixels off."""
 
 
-class Gaps(NamedTuple):
+class UncoveredIntervals(NamedTuple):
     """What no interval covers, in the order of the items and along each."""
 
     item: Ints
@@ -338,7 +338,7 @@ class Gaps(NamedTuple):
     after: Ints
 
 
-def gaps_round(item: Ints, start: Floats, end: Floats, turn: float) -> Gaps:
+def gaps_round(item: Ints, start: Floats, end: Floats, turn: float) -> UncoveredIntervals:
     """Find what intervals leave of closed rims, as far as those have any interval.
 
     Parameters
@@ -357,7 +357,7 @@ def gaps_round(item: Ints, start: Floats, end: Floats, turn: float) -> Gaps:
     return _gaps(item, low, low + (end - start), turn, _LEAST_ROUND)
 
 
-def gaps_along(item: Ints, start: Floats, end: Floats, length: Floats) -> Gaps:
+def gaps_along(item: Ints, start: Floats, end: Floats, length: Floats) -> UncoveredIntervals:
     """Find what intervals leave of lines, from 0 to their lengths.
 
     Parameters
@@ -382,11 +382,13 @@ def gaps_along(item: Ints, start: Floats, end: Floats, length: Floats) -> Gaps:
     )
 
 
-def _gaps(item: Ints, start: Floats, end: Floats, turn: float | None, least: float) -> Gaps:
+def _gaps(
+    item: Ints, start: Floats, end: Floats, turn: float | None, least: float
+) -> UncoveredIntervals:
     """Find the gaps before intervals: on a line (`turn` is None) from 0 on, on a rim from the end
     of the interval that reaches farthest into the next turn."""
     if not len(item):
-        return Gaps(item, start, end, item, item)
+        return UncoveredIntervals(item, start, end, item, item)
     order = np.lexsort((start, item))
     farness = np.lexsort((end, item))
     rank = np.empty(len(item), dtype=np.int64)
@@ -409,4 +411,4 @@ def _gaps(item: Ints, start: Floats, end: Floats, turn: float | None, least: flo
     reach = np.maximum(reach, floor)
     high = start[order]
     gap = np.flatnonzero(high > reach + least)
-    return Gaps(sorted_item[gap], reach[gap], high[gap], before[gap], order[gap])
+    return UncoveredIntervals(sorted_item[gap], reach[gap], high[gap], before[gap], order[gap])

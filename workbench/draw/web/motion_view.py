@@ -11,9 +11,9 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebView, body_view
 from workbench.model.arrays import Floats, pieces
+from workbench.model.joint_angles import poses_at
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
-from workbench.model.posing import poses_at
 from workbench.model.result import MotionFound
 from workbench.model.units import plain
 from workbench.study.crash.belts import belt_line

@@ -10,16 +10,21 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.files.basis import load_basis
-from workbench.files.body.checks import depth_first, direction_table, segment_faults, tree_faults
 from workbench.files.body.schema import BodyFile, SegmentFile
 from workbench.files.body.stops import pack_stops, stop_faults
+from workbench.files.body.validation import (
+    depth_first,
+    direction_table,
+    segment_faults,
+    validate_tree,
+)
 from workbench.files.catalogue import find, find_beside
-from workbench.files.schema import fail, validate
+from workbench.files.schema import error_at, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import ShapeBasis, in_order
-from workbench.model.blend import settled
 from workbench.model.body import DIRECTIONS, Body, Topology
+from workbench.model.skinning import with_derived_fields
 
 __all__ = ["body_path", "load_body"]
 
@@ -54,11 +59,11 @@ def load_body(source: str | Path, *, near: Path | None = None) -> Body:
     document = read_yaml(body_path(source, near=near))
     file = validate(document, BodyFile)
     faults = (
-        tree_faults(document, file) + segment_faults(document, file) + stop_faults(document, file)
+        validate_tree(document, file) + segment_faults(document, file) + stop_faults(document, file)
     )
     if faults:
         raise InputError(faults)
-    body = settled(_pack(file))
+    body = with_derived_fields(_pack(file))
     return _of_family(document, file, body) if file.basis else body
 
 
@@ -69,12 +74,12 @@ def _of_family(document: Document, file: BodyFile, body: Body) -> Body:
     try:
         basis = in_order(basis, body.segments, body.joints)
     except InputError as error:
-        raise InputError(fail(document, ("basis",), str(error))) from None
+        raise InputError(error_at(document, ("basis",), str(error))) from None
     if len(file.basis_at) != len(basis):
         what = f"{len(basis)} coefficients are needed for {basis.name} (got {len(file.basis_at)})"
-        raise InputError(fail(document, ("basis_at",) if file.basis_at else ("basis",), what))
+        raise InputError(error_at(document, ("basis_at",) if file.basis_at else ("basis",), what))
     if not basis.level(np.diff(body.start)):
-        raise InputError(fail(document, ("basis",), _no_level(basis, body)))
+        raise InputError(error_at(document, ("basis",), _no_level(basis, body)))
     topology = replace(body.topology, basis=basis)
     return replace(body, topology=topology, basis_at=np.array([file.basis_at]))
 

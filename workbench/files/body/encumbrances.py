@@ -9,12 +9,12 @@ from pydantic import Field
 
 from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
-from workbench.files.schema import FileModel, Length, LengthUnit, Vector, fail, validate
+from workbench.files.schema import FileModel, Length, LengthUnit, Vector, error_at, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
 from workbench.model.person import Encumbrance, Layer
 
-__all__ = ["EncumbranceFile", "load_encumbrance", "missing", "worn"]
+__all__ = ["EncumbranceFile", "load_encumbrance", "load_encumbrances", "missing"]
 
 Direction = Literal["front", "back", "left", "right", "top", "bottom"]
 Kilograms = Annotated[float, Field(ge=0, le=100)]
@@ -112,7 +112,9 @@ def _limbs(body: Body) -> list[str]:
     return [s for s in body.segments if twin.get(s[0], "") + s[1:] in body.segments and len(s) > 1]
 
 
-def worn(names: list[str], body: Body, *, near: Path | None = None) -> tuple[Encumbrance, ...]:
+def load_encumbrances(
+    names: list[str], body: Body, *, near: Path | None = None
+) -> tuple[Encumbrance, ...]:
     """The encumbrances of these names, in order, that fit a body; InputError where one does not, or
     stands twice."""
     for name in names:
@@ -141,7 +143,7 @@ def _faults(document: Document, file: EncumbranceFile) -> list[str]:
     for row, layer in enumerate(file.layers):
         if layer.thickness < 0 and not set(layer.segments) <= set(file.without):
             faults.append(
-                fail(
+                error_at(
                     document,
                     ("layers", row, "thickness"),
                     f"0 or more is needed (got {layer.thickness:g} m) on segments that are not 'without'",
@@ -150,6 +152,6 @@ def _faults(document: Document, file: EncumbranceFile) -> list[str]:
         in_place = set(layer.segments) <= set(file.without)
         if not (layer.thickness or any(layer.shift) or in_place):
             faults.append(
-                fail(document, ("layers", row), "a layer has a thickness, a shift or both")
+                error_at(document, ("layers", row), "a layer has a thickness, a shift or both")
             )
     return faults

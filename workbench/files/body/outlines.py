@@ -22,7 +22,7 @@ import numpy as np
 from pydantic import Field
 
 from workbench.errors import InputError
-from workbench.files.schema import FileModel, Length, LengthUnit, fail, validate
+from workbench.files.schema import FileModel, Length, LengthUnit, error_at, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
 from workbench.model.outlines import Outlines, crossing
@@ -97,21 +97,23 @@ def _faults(document: Document, file: OutlinesFile) -> list[str]:
     stations = {row.at for row in file.stations}
     if file.lathe:
         if stations or file.thickness is not None:
-            faults.append(fail(document, ("lathe",), "a lathe has no stations and no thickness"))
+            faults.append(
+                error_at(document, ("lathe",), "a lathe has no stations and no thickness")
+            )
         places = [at for at, _ in file.lathe]
         if len(places) < 2 or np.any(np.diff(places) <= 0) or min(r for _, r in file.lathe) <= 0:
             what = "two rows [place along the axis, radius] or more are needed, places rising, radii above 0"
-            faults.append(fail(document, ("lathe",), what))
+            faults.append(error_at(document, ("lathe",), what))
     elif file.thickness is not None:
         if len(stations) != 1 or file.thickness <= 0:
             what = "a slab has one station, and a thickness above 0"
-            faults.append(fail(document, ("thickness",), what))
+            faults.append(error_at(document, ("thickness",), what))
     elif len(stations) < 2:
         what = (
             "outlines at two stations or more are needed; one is enough for a slab (thickness: ...)"
         )
         what += ", none for a body of rotation (lathe: [[place along the axis, radius], ...])"
-        faults.append(fail(document, ("stations",) if file.stations else (), what))
+        faults.append(error_at(document, ("stations",) if file.stations else (), what))
     return faults + [
         line for k in range(len(file.stations)) for line in _crossings(document, file, k)
     ]
@@ -126,5 +128,7 @@ def _crossings(document: Document, file: OutlinesFile, k: int) -> list[str]:
         found = crossing(_loop(file.stations[j]), _loop(row))
         if found is not None:
             other = "crosses itself here" if j == k else f"crosses the curve of stations[{j}] here"
-            faults.append(fail(document, ("stations", k, "points", found[1]), f"the curve {other}"))
+            faults.append(
+                error_at(document, ("stations", k, "points", found[1]), f"the curve {other}")
+            )
     return faults

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.errors import one_of
 from workbench.files.body.schema import BodyFile, CouplingFile, JointFile, MotionFile, PolygonFile
-from workbench.files.schema import fail
+from workbench.files.schema import error_at
 from workbench.files.yaml_text import Document
 from workbench.model.arrays import Floats
 from workbench.model.stops import Coupling, StopKind, Stops
@@ -83,14 +83,14 @@ def _faults(document: Document, file: BodyFile, name: str) -> list[str]:
     faults = []
     if not _is_square([motion.axis for motion in _motions(joint)], 1e-6):
         what = "the two swing axes and the twist axis must be at right angles"
-        faults.append(fail(document, (*key, "swing"), what))
+        faults.append(error_at(document, (*key, "swing"), what))
     labels = _motion_names(joint)
     if len(set(labels)) < len(labels):
         what = f"motion names must differ (got {', '.join(labels)})"
-        faults.append(fail(document, (*key, "swing"), what))
+        faults.append(error_at(document, (*key, "swing"), what))
     for row, coupling in enumerate(joint.couplings):
         faults += [
-            fail(document, (*key, "couplings", row, field), what)
+            error_at(document, (*key, "couplings", row, field), what)
             for field, what in _coupling_problems(file, name, coupling)
         ]
     if joint.polygon:
@@ -139,14 +139,14 @@ def _polygon_faults(
     if polygon.frame not in ancestors:
         hint = one_of(polygon.frame, ancestors)
         what = f"no segment {polygon.frame!r} between the stage and joint {name}; {hint}"
-        faults.append(fail(document, (*key, "frame"), what))
+        faults.append(error_at(document, (*key, "frame"), what))
     if not _is_square((polygon.centre, polygon.clock_0, polygon.clock_90), 5e-3):
         what = "centre, clock_0 and clock_90 must be at right angles"
-        faults.append(fail(document, (*key, "centre"), what))
+        faults.append(error_at(document, (*key, "centre"), what))
     clock = np.array(polygon.limits)[:, 0]
     if np.any(np.diff(clock) <= 0) or clock[0] < 0 or clock[-1] >= 2 * np.pi:
         what = "clock angles must rise from 0 to below 360"
-        faults.append(fail(document, (*key, "limits"), what))
+        faults.append(error_at(document, (*key, "limits"), what))
     return faults
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from workbench.files.catalogue import is_file, roots
-from workbench.files.opening import note_input
+from workbench.files.file_errors import note_input
 from workbench.files.schema import metres_in
 from workbench.files.yaml_changes import Key, yaml_text
 from workbench.files.yaml_text import read_yaml

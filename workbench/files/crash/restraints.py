@@ -23,12 +23,12 @@ from workbench.files.crash.simulation_schema import (
 from workbench.files.meshes.parts import RawPart
 from workbench.files.motions.number_rows import Clock, number_rows, numbered_lines
 from workbench.files.names import matches
-from workbench.files.schema import fail
+from workbench.files.schema import error_at
 from workbench.files.yaml_text import Document
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 from workbench.model.simulation import (
     STANDARD_GRAVITY,
     Airbag,
@@ -126,14 +126,16 @@ def belt_faults(
     for row, belt in enumerate(belts):
         if belt.name in seen:
             what = f"something is named {belt.name!r} already"
-            faults.append(fail(document, (*key, row, "name"), what))
+            faults.append(error_at(document, (*key, row, "name"), what))
         seen.add(belt.name)
         for place, point in enumerate(belt.route):
             where = (*key, row, "route", place)
             if isinstance(point, BeltPointFile):
                 faults += _belt_point_faults(document, where, point, body)
             elif isinstance(point, str) and point not in names:
-                faults.append(fail(document, where, f"no anchor {point!r}; {one_of(point, names)}"))
+                faults.append(
+                    error_at(document, where, f"no anchor {point!r}; {one_of(point, names)}")
+                )
     return faults
 
 
@@ -144,9 +146,9 @@ def _belt_point_faults(
     if point.segment not in body.segments:
         hint = one_of(point.segment, body.segments)
         what = f"body {body.name} has no segment {point.segment!r}; {hint}"
-        return [fail(document, (*key, "segment"), what)]
+        return [error_at(document, (*key, "segment"), what)]
     if not any(point.at):
-        return [fail(document, (*key, "at"), "the segment's origin is on no surface")]
+        return [error_at(document, (*key, "at"), "the segment's origin is on no surface")]
     return []
 
 
@@ -199,7 +201,9 @@ def contact_faults(
 ) -> list[str]:
     """Names of segments and parts in force laws, given with their keys, that nothing is called."""
     return [
-        fail(document, (*key, field, place), f"nothing is called {name!r}; {one_of(name, valid)}")
+        error_at(
+            document, (*key, field, place), f"nothing is called {name!r}; {one_of(name, valid)}"
+        )
         for key, rule in rows
         for field, names, valid in (
             ("parts", rule.parts, parts),
@@ -251,7 +255,7 @@ def airbag_faults(
     for row, bag in enumerate(bags):
         if bag.name in seen:
             what = f"a part is named {bag.name!r} already; give it another name"
-            faults.append(fail(document, (*key, row, "name"), what))
+            faults.append(error_at(document, (*key, row, "name"), what))
         seen.add(bag.name)
     return faults
 

@@ -26,13 +26,13 @@ from workbench.files.crash.simulation_schema import SimulationFile
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.meshes.assembly import build_environment
 from workbench.files.postures import flat_angles, load_postures, posture_path, posture_pose
-from workbench.files.schema import fail, validate
+from workbench.files.schema import error_at, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body, segment_words
 from workbench.model.environment import Allowance, Environment, Seat
 from workbench.model.poses import Poses
 from workbench.model.simulation import Airbag, Belt, ContactRule, JointRule, Pulse
-from workbench.model.surroundings import joined
+from workbench.model.surroundings import merge_environments
 
 __all__ = ["SimulationPlan", "load_simulation", "simulation_path", "with_airbags"]
 
@@ -97,7 +97,7 @@ def with_airbags(environment: Environment, bags: Sequence[Airbag]) -> Environmen
         "airbags", [airbag_part(bag) for bag in bags], solid=[True] * len(bags)
     )
     allowed = tuple(Allowance(k, ("all",), bag.allow) for k, bag in enumerate(bags))
-    return joined(
+    return merge_environments(
         environment,
         replace(made, allowances=allowed, see_through=np.ones(len(bags), dtype=np.bool_)),
     )
@@ -117,7 +117,7 @@ class _Work:
 
     def fault(self, key: tuple[str | int, ...], what: str) -> None:
         """Report a fault of the value at a key."""
-        self.faults.append(fail(self.document, key, what))
+        self.faults.append(error_at(self.document, key, what))
 
     def errors(self, key: tuple[str | int, ...], error: InputError) -> None:
         """Report the faults of something that is named at a key."""

@@ -26,9 +26,9 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.file_errors import read_whole
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh, RawPart, check_faces, placed_part
-from workbench.files.opening import read_whole
 from workbench.model.arrays import Floats, Ints
 from workbench.model.quaternions import matrices
 

@@ -19,8 +19,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.file_errors import BYTE_ORDER_MARK
 from workbench.files.meshes.parts import MAX_CORNERS, RawMesh, RawPart, triangulate
-from workbench.files.opening import BYTE_ORDER_MARK
 from workbench.model.arrays import Floats
 
 __all__ = ["outside_folder", "read_obj"]

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
+from workbench.files.file_errors import opened
 from workbench.files.meshes.dae import read_dae
 from workbench.files.meshes.gltf import read_glb, read_gltf
 from workbench.files.meshes.obj import read_obj
@@ -23,7 +24,6 @@ from workbench.files.meshes.stl import read_stl
 from workbench.files.meshes.text import read_off, read_ply
 from workbench.files.meshes.threemf import read_threemf
 from workbench.files.names import unique_names
-from workbench.files.opening import opened
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 

@@ -15,9 +15,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from workbench.errors import InputError, MissingPartError
+from workbench.files.file_errors import BYTE_ORDER_MARK
 from workbench.files.meshes.gltf import read_glb
 from workbench.files.meshes.parts import RawMesh, free_memory
-from workbench.files.opening import BYTE_ORDER_MARK
 
 __all__ = ["read_step"]
 

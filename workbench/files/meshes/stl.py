@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, printable
+from workbench.files.file_errors import BYTE_ORDER_MARK
 from workbench.files.meshes.parts import RawMesh, RawPart
-from workbench.files.opening import BYTE_ORDER_MARK
 from workbench.model.arrays import Floats
 
 __all__ = ["read_stl"]

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.file_errors import BYTE_ORDER_MARK
 from workbench.files.meshes.parts import RawMesh, RawPart, check_corners, triangulate
-from workbench.files.opening import BYTE_ORDER_MARK
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_off", "read_ply"]

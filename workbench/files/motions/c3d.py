@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.opening import read_whole
+from workbench.files.file_errors import read_whole
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["Points", "read_points"]

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.errors import InputError, UsageError, printable
-from workbench.files.opening import opened
-from workbench.model.arrays import Floats, Ints, Spool
+from workbench.files.file_errors import opened
+from workbench.model.arrays import Floats, GrowingArray, Ints
 
 __all__ = [
     "ALL_FRAMES",
@@ -179,7 +179,7 @@ def number_rows(
         rise (the last row may repeat the time before it: it is left out), or the file is too long to keep.
     """
     clock = clock or Clock()
-    kept = Spool(width)
+    kept = GrowingArray(width)
     wanted = array("q")
     block: list[list[float]] = []
     count = in_range = 0

@@ -12,7 +12,7 @@ from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
 from workbench.files.motions.opensim import Coordinates, coordinate_batches
 from workbench.files.motions.tables import read_angle_table, segment_batches, table_kind
-from workbench.files.schema import fail
+from workbench.files.schema import error_at
 from workbench.files.yaml_text import read_yaml
 from workbench.model.body import Body
 from workbench.model.laban import Score
@@ -107,9 +107,11 @@ def load_names(path: str | Path) -> dict[str, str]:
     """
     document = read_yaml(path)
     if not isinstance(document.value, dict):
-        raise InputError(fail(document, (), "lines such as 'LUA: lhumerus' are needed"))
+        raise InputError(error_at(document, (), "lines such as 'LUA: lhumerus' are needed"))
     names = {str(key): value for key, value in document.value.items()}
     wrong = [key for key, value in names.items() if not isinstance(value, str)]
     if wrong:
-        raise InputError([fail(document, (key,), "a name is needed, in quotes") for key in wrong])
+        raise InputError(
+            [error_at(document, (key,), "a name is needed, in quotes") for key in wrong]
+        )
     return names

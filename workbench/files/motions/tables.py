@@ -22,9 +22,15 @@ from workbench.files.motions.number_rows import (
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats, Ints, pieces
 from workbench.model.body import Body
+from workbench.model.joint_angles import (
+    ContinuousAngles,
+    angles_of,
+    attitude_matrix,
+    compose,
+    motion_of,
+)
 from workbench.model.motion import SegmentTrack, rising_time
 from workbench.model.poses import Poses, stacked
-from workbench.model.posing import ContinuousAngles, angles_of, attitude_matrix, compose, motion_of
 from workbench.model.quaternions import from_matrices, matrices
 from workbench.model.stops import StopKind
 

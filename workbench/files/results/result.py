@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import BaseModel, ValidationError
 
 from workbench.errors import InputError
-from workbench.files.opening import read_whole
+from workbench.files.file_errors import read_whole
 from workbench.files.results.motions import AgreementRow, MotionRows
 from workbench.files.results.population import PopulationRows
 from workbench.files.results.postures import PosturesRows, Row

@@ -41,8 +41,8 @@ from workbench.files.study.schema import (
 from workbench.files.study.work import Key, Work
 from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import attitude_matrix
 from workbench.model.poses import Poses
-from workbench.model.posing import attitude_matrix
 from workbench.model.simulation import Pulse, Restraints
 from workbench.model.study import (
     Action,
@@ -51,7 +51,7 @@ from workbench.model.study import (
     RecordedMotion,
     SimulatedMotion,
 )
-from workbench.model.workplace import Aims
+from workbench.model.workplace import PostureGoals
 
 __all__ = ["CaseActions", "aims_of", "case_actions", "library_of", "load_actions", "with_postures"]
 
@@ -232,13 +232,13 @@ def _given(work: Work, asked: _Asked, room: Environment | None) -> GivenPosture 
     return GivenPosture(name, _pose(asked.role, postures, name, asked.file.angles or {}), hands)
 
 
-def aims_of(file: PredictedFile | DriverFile) -> Aims:
+def aims_of(file: PredictedFile | DriverFile) -> PostureGoals:
     """What a posture is predicted from."""
     held = {limb: control for limb, control, _ in _held(file)}
     driving = None
     if isinstance(file, DriverFile):
         driving = DrivingAims(file.sex or "", file.age, file.seed, file.wheel, file.h_point)
-    return Aims(held, file.eyes, file.heels, driving)
+    return PostureGoals(held, file.eyes, file.heels, driving)
 
 
 def _predicted(work: Work, asked: _Asked, room: Environment | None) -> PredictedPosture | None:

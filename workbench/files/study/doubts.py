@@ -18,10 +18,10 @@ from workbench.files.study.schema import StudyFile
 from workbench.geometry.ground import Ground, ground_of
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Seat
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 from workbench.model.study import PredictedPosture
 from workbench.model.units import UNITS, limit_unit_of
-from workbench.model.workplace import Aims
+from workbench.model.workplace import PostureGoals
 
 __all__ = ["far_words", "length_doubts", "study_doubts"]
 
@@ -90,7 +90,7 @@ def _lap_doubts(seat: Seat, ground: Ground, rooms: Sequence[Criterion]) -> Itera
             )
 
 
-def _aim_doubts(environment: Environment, seat: Seat, aims: Aims) -> Iterator[str]:
+def _aim_doubts(environment: Environment, seat: Seat, aims: PostureGoals) -> Iterator[str]:
     """What is odd about the points that a posture is predicted from."""
     points = environment.points
     if aims.eyes is not None:

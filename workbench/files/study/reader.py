@@ -29,7 +29,7 @@ from workbench.files.study.moves import change_of, move_faults, moves_of
 from workbench.files.study.parts import read_parts
 from workbench.files.study.roles import LoadedRole, load_roles, place_faults
 from workbench.files.study.schema import ActionFile, PositionFile, RoleFile, StudyFile
-from workbench.files.study.settings import Sitter, adjusts_of, stated_settings
+from workbench.files.study.settings import SeatedRole, adjusts_of, stated_settings
 from workbench.files.study.work import Key, Work
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.accommodation import IntervalRule, MapTask
@@ -534,7 +534,7 @@ def _study(
     return sealed(study, Statement(work.document.value, work.path))
 
 
-def _sitters(work: Work, file: StudyFile) -> list[Sitter]:
+def _sitters(work: Work, file: StudyFile) -> list[SeatedRole]:
     """The roles that act on controls from a seat, in the order in which they take it: a population
     comes last."""
     found = []
@@ -542,7 +542,7 @@ def _sitters(work: Work, file: StudyFile) -> list[Sitter]:
         role = _acting(work, name, file.people[name])
         if role.file.seat is not None and role.predicts:
             driver = any(action.driver is not None for action in role.actions)
-            found.append(Sitter(name, role.file.seat, role.free, driver))
+            found.append(SeatedRole(name, role.file.seat, role.free, driver))
     return found
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.ansur import measures_in, read_ansur
 from workbench.files.body.bodies import body_path, load_body
-from workbench.files.body.encumbrances import missing, worn
+from workbench.files.body.encumbrances import load_encumbrances, missing
 from workbench.files.catalogue import find
 from workbench.files.populations import load_population_model, measured_file
 from workbench.files.postures import PosturesFile, load_postures, posture_path
@@ -23,9 +23,9 @@ from workbench.files.study.sizes import measure_fault, people_of_size
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.environment import Environment, Seat
+from workbench.model.joint_angles import motion_of
 from workbench.model.person import Encumbrance, Size
 from workbench.model.population import COCKPIT, SEXES, Population, PopulationModel
-from workbench.model.posing import motion_of
 from workbench.model.stops import StopKind
 from workbench.model.study import PeopleDrawn
 from workbench.model.units import plain
@@ -146,7 +146,7 @@ def _clothes(work: Work, name: str, body: Body) -> tuple[Encumbrance, ...]:
     wanted = list(dict.fromkeys(role.clothes)) if role is not None else []
     near = work.path.parent
     try:
-        found = worn(wanted, body, near=near)
+        found = load_encumbrances(wanted, body, near=near)
         work.inputs |= {
             f"{item} of {name}": find("bodies/encumbrance", item, near=near) for item in wanted
         }

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.files.catalogue import find
-from workbench.files.schema import fail, validate
+from workbench.files.schema import error_at, validate
 from workbench.files.study.schema import RulesFile, RuleValueFile
 from workbench.files.yaml_text import read_yaml
 from workbench.model.rule_set import RuleSet, RuleValue
@@ -51,12 +51,14 @@ def load_rule_set(source: str | Path, *, near: Path | None = None) -> RuleSet:
     document = read_yaml(find("studies/rules", str(source), near=near))
     file = validate(document, RulesFile)
     faults = [
-        fail(document, ("values", name, "value"), what)
+        error_at(document, ("values", name, "value"), what)
         for name, value in file.values.items()
         if (what := _shape_fault(value))
     ]
     if not file.values:
-        faults = [fail(document, (), f"rule set {file.rules} has no 'values'; it limits injuries")]
+        faults = [
+            error_at(document, (), f"rule set {file.rules} has no 'values'; it limits injuries")
+        ]
     if faults:
         raise InputError(faults)
     return RuleSet(

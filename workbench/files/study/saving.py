@@ -8,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from workbench.errors import InputError
-from workbench.files.opening import read_whole
+from workbench.files.file_errors import read_whole
 from workbench.files.output_file import bytes_of, replaced, saving
 from workbench.files.study.reader import load_study
 from workbench.model.study import Study

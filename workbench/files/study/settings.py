@@ -11,7 +11,7 @@ from workbench.files.study.schema import PositionFile, RoleFile
 from workbench.files.study.work import Key, Work
 from workbench.model.environment import Adjustment, Environment
 
-__all__ = ["Sitter", "adjusts_of", "setting_faults", "stated_settings"]
+__all__ = ["SeatedRole", "adjusts_of", "setting_faults", "stated_settings"]
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _wrong(one: Adjustment, value: float, seat: str | None) -> str:
 
 
 @dataclass(frozen=True)
-class Sitter:
+class SeatedRole:
     """A role that acts on controls from a seat. free: whether its seat is; driver: whether a case
     predicts a driver's posture, which no tilt of the seat changes."""
 
@@ -105,7 +105,7 @@ class Sitter:
 
 
 def adjusts_of(
-    sitters: Sequence[Sitter], room: Environment, stated: Mapping[str, float]
+    sitters: Sequence[SeatedRole], room: Environment, stated: Mapping[str, float]
 ) -> dict[str, tuple[str, ...]]:
     """The adjustments that each role may set, by the name of the role.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from workbench.errors import InputError, one_of
-from workbench.files.schema import fail
+from workbench.files.schema import error_at
 from workbench.files.study.parts import StudyParts
 from workbench.files.yaml_text import Document
 from workbench.model.environment import Environment
@@ -35,7 +35,7 @@ class Work:
 
     def fault(self, key: Key, what: str) -> None:
         """Report a fault of the value at a key."""
-        self.add([fail(self.document, key, what)])
+        self.add([error_at(self.document, key, what)])
 
     def check_name(
         self,
@@ -66,7 +66,7 @@ class Work:
 
     def errors(self, key: Key, error: InputError) -> None:
         """Report the faults of something that is named at a key."""
-        self.add(fail(self.document, key, problem) for problem in error.problems)
+        self.add(error_at(self.document, key, problem) for problem in error.problems)
 
     def add(self, lines: Iterable[str]) -> None:
         """Report lines, each once."""

@@ -14,9 +14,9 @@ from workbench.body.forward import place
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.joint_angles import compose
 from workbench.model.laban import SUBPARTS, Movement, Score, nearest_sign, sign_vector
 from workbench.model.poses import Poses
-from workbench.model.posing import compose
 from workbench.motion.laban.limbs import Ending, Limb, Spine, minimum_jerk
 from workbench.posture.stops import nearest_legal
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.joint_angles import angles_of, compose
 from workbench.model.laban import Movement, Sign, sign_vector
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest, swing_twist
 from workbench.posture.stops import nearest_legal, nearest_on_cone, stop_limits
 

@@ -10,8 +10,8 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.joint_angles import angles_of
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of
 
 __all__ = ["motion_doubts"]
 

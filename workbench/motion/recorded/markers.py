@@ -25,9 +25,9 @@ from workbench.model.poses import Poses
 from workbench.model.quaternions import matrices, multiply
 from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, named_sites
 from workbench.motion.recorded.skeleton import IDENTITY
-from workbench.motion.recorded.subject import marker_places
-from workbench.posture.kernels.markers import MarkerChain, solve_markers
-from workbench.posture.reaching.chains import on_grid
+from workbench.motion.recorded.subject_scaling import marker_places
+from workbench.posture.kernels.marker_tracking import MarkerChain, solve_markers
+from workbench.posture.reaching.reach_solver import on_grid
 from workbench.posture.stops import nearest_legal, packed_stops
 
 __all__ = ["MarkerFit", "bridged", "poses_from_markers"]

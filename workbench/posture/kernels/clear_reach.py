@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.field import deepest, square_bound
+from workbench.contact.kernels.distance_field import penetration_depth, square_bound
 from workbench.geometry.vectors import (
     rotation_part,
     store,
@@ -43,38 +43,50 @@ from workbench.geometry.vectors import (
     transpose_matvec,
     vector,
 )
-from workbench.posture.kernels.contacts import (
-    Limbs,
-    Obstacles,
-    Space,
-    forget,
-    new_space,
-    plane_of_contact,
-    touch,
-    way_of_people,
-)
-from workbench.posture.kernels.descent import (
+from workbench.posture.kernels.augmented_lagrangian import (
     DISTANT_EASE,
     REACHED,
-    approach,
-    descend,
     discomfort,
-    look,
+    evaluate,
+    minimize,
+    minimize_distance,
     put_row,
     take,
     take_row,
 )
+from workbench.posture.kernels.chain_kinematics import ChainState, Linkage, new_state
 from workbench.posture.kernels.hand_room import (
     SURELY,
-    Turns,
+    ProofWorkspace,
     has_no_room,
     most_allowed,
     new_turns,
 )
-from workbench.posture.kernels.inverse import LEGAL, NEARLY, next_seed, place_seeds, worth
-from workbench.posture.kernels.limits import Planes, within
-from workbench.posture.kernels.linkage import Linkage, State, new_state
-from workbench.posture.kernels.newton import Work, equations, go, new_work, newton
+from workbench.posture.kernels.inequality_constraints import ContactPlanes, clamp_angles
+from workbench.posture.kernels.inverse_kinematics import (
+    LEGAL,
+    NEARLY,
+    next_seed,
+    place_seeds,
+    residual,
+)
+from workbench.posture.kernels.limb_contacts import (
+    Limbs,
+    Obstacles,
+    Space,
+    find_contacts,
+    forget,
+    new_space,
+    plane_of_contact,
+    way_of_people,
+)
+from workbench.posture.kernels.newton_step import (
+    DescentWorkspace,
+    new_work,
+    newton,
+    normal_equations,
+    take_step,
+)
 
 __all__ = [
     "BRIEF",
@@ -218,7 +230,7 @@ class Outcome(NamedTuple):
 
 
 class Looked(NamedTuple):
-    """What was looked at about P reaches, filled in place: as of `contacts.Space`."""
+    """What was looked at about P reaches, filled in place: as of `limb_contacts.Space`."""
 
     last: NDArray[np.float64]
     """(P, groups, S, 3) [m] where each sphere of the limb was last looked at."""
@@ -226,7 +238,7 @@ class Looked(NamedTuple):
     """(P, groups, S) [m] how far its centre was from all surfaces at least, -1 where not known."""
 
 
-class Case(NamedTuple):
+class ObstacleRow(NamedTuple):
     """One row: the limb `limbs` of row `body` of a body, with its chain `link`, among the parts of
     `room`; row `row` of held (P, J, 4), of base (P, 3, 4) and goal (P, 12) in the axes of the held
     segment, and of these in the `world` and as a `target` there."""
@@ -243,13 +255,13 @@ class Case(NamedTuple):
     row: int
 
 
-class Desk(NamedTuple):
+class Workspace(NamedTuple):
     """Working space of a search."""
 
-    state: State
-    work: Work
+    state: ChainState
+    work: DescentWorkspace
     space: Space
-    planes: Planes
+    planes: ContactPlanes
     sphere: NDArray[np.int64]
     """(Q,) the sphere that each plane holds."""
     many: NDArray[np.int64]
@@ -272,7 +284,7 @@ class Desk(NamedTuple):
     """(M,) 1 for a seed that was used."""
     starts: NDArray[np.float64]
     """(M, K, 3) postures to start from."""
-    turns: Turns
+    turns: ProofWorkspace
     worth: NDArray[np.float64]
     """(M,) [m] how far a start is from being a reach; infinite where it was used."""
 
@@ -287,16 +299,16 @@ class Witness(NamedTuple):
     part: int
 
 
-def new_desk(link: Linkage, limbs: Limbs, joints: int, seeds: int) -> Desk:
+def new_desk(link: Linkage, limbs: Limbs, joints: int, seeds: int) -> Workspace:
     """Working space for chains of a linkage, of bodies with so many joints."""
     count = link.axes.shape[0]
     free = link.mode.shape[0]
     rows = link.rows.shape[0] + MOST_PLANES
-    return Desk(
+    return Workspace(
         new_state(count, free, rows),
         new_work(count, free, rows),
         new_space(limbs, joints),
-        Planes(
+        ContactPlanes(
             np.zeros(MOST_PLANES, np.int64),
             np.zeros((MOST_PLANES, 3)),
             np.zeros((MOST_PLANES, 3)),
@@ -323,7 +335,7 @@ def _contacts(case, near, desk):  # type: ignore[no-untyped-def]
     """Find the contacts of the state within `near` [m]; returns how many."""
     put_row(desk.state.angles, desk.trial, 0)
     none = np.int64(0)  # a plain 0 would have all that it is passed to compiled for itself
-    return touch(
+    return find_contacts(
         case.limbs,
         case.body,
         case.held,
@@ -384,8 +396,8 @@ def _look(case, desk):  # type: ignore[no-untyped-def]
     state = desk.state
     none = np.int64(0)
     breach = 0.0
-    look(case.link, case.body, case.base, case.row, desk.planes, (none, desk.many[0]), state)
-    error, _ = worth(case.goal, case.row, state)
+    evaluate(case.link, case.body, case.base, case.row, desk.planes, (none, desk.many[0]), state)
+    error, _ = residual(case.goal, case.row, state)
     for r in range(case.link.rows.shape[0]):
         breach = max(breach, -state.room[r])
     return error, breach
@@ -394,7 +406,7 @@ def _look(case, desk):  # type: ignore[no-untyped-def]
 @inner
 def _witness(case, desk):  # type: ignore[no-untyped-def]
     """Bring the angles of a state inside what can be clipped, and say what the posture is."""
-    within(case.link, desk.state.angles)
+    clamp_angles(case.link, desk.state.angles)
     desk.many[0] = 0
     error, breach = _look(case, desk)
     depth = 0.0
@@ -469,11 +481,11 @@ def _solve(case, radius, desk, out):  # type: ignore[no-untyped-def]
         if slow > MOST_SLOW:
             return False
         pull = _aim(case, error, radius, desk)
-        equations(case.link, case.goal, case.row, state, work, pull, EASE, bent)
+        normal_equations(case.link, case.goal, case.row, state, work, pull, EASE, bent)
         out.numbers[case.row, 2] += 1
         if not newton(case.link, state, work, DAMPING):
             return False
-        go(case.link, state, work)
+        take_step(case.link, state, work)
     return False
 
 
@@ -507,7 +519,7 @@ def _make_comfortable(case, desk, out):  # type: ignore[no-untyped-def]
     best = discomfort(case.link, state.angles, 0.0)
     for _ in range(EASY_TURNS):
         _make_planes(case, _contacts(case, NEAR, desk), desk)
-        steps, _ = descend(
+        steps, _ = minimize(
             case.link,
             case.body,
             (case.base, case.goal),
@@ -566,7 +578,7 @@ def _bring_seed(case, seeds, most, desk, out):  # type: ignore[no-untyped-def]
     desk.many[0] = 0
     desk.work.press[:] = 0.0
     _set_free(case.link, seeds.angles, at, 1.0, desk.free, desk.state.angles)
-    steps, _ = approach(
+    steps, _ = minimize_distance(
         case.link,
         case.body,
         (case.base, case.goal),
@@ -727,7 +739,7 @@ def _buried_in(case, desk):  # type: ignore[no-untyped-def]
         if square_bound(x, y, z, room.field, g)[1]:
             continue
         space = desk.space
-        depth, rank = deepest(
+        depth, rank = penetration_depth(
             x, y, z, room.faces, room.shells, room.field, g, space.stack, space.gaps
         )
         if rank < 0:
@@ -865,7 +877,7 @@ def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end,
         if here != last:
             forget(desk.space)
             last = here
-        case = Case(link, limbs, room, held, base, goal, world, target, who[p], p)
+        case = ObstacleRow(link, limbs, room, held, base, goal, world, target, who[p], p)
         take_row(out.angles, p, desk.state.angles)
         if out.effort[p] >= NEARER:
             many = out.effort[p] == NEARER
@@ -932,10 +944,10 @@ def _follow_tip(case, desk):  # type: ignore[no-untyped-def]
         if error < ARRIVED and breach < INSIDE:
             return
         pull = _aim(case, error, 0.0, desk)
-        equations(case.link, case.goal, case.row, desk.state, desk.work, pull, EASE, bent)
+        normal_equations(case.link, case.goal, case.row, desk.state, desk.work, pull, EASE, bent)
         if not newton(case.link, desk.state, desk.work, DAMPING):
             return
-        go(case.link, desk.state, desk.work)
+        take_step(case.link, desk.state, desk.work)
 
 
 @inlined
@@ -963,7 +975,7 @@ def still_reaches(link, limbs, who, held, problem, room, looked, out, begin, end
     for p in range(begin, end):
         if out.doubt[p] == KEPT:
             continue
-        case = Case(link, limbs, room, held, base, goal, world, target, who[p], p)
+        case = ObstacleRow(link, limbs, room, held, base, goal, world, target, who[p], p)
         _copy_looked(looked.last[p], looked.gap[p], space.last, space.gap)
         take_row(out.angles, p, desk.state.angles)
         desk.least[0] = np.inf

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner
 from workbench.geometry.vectors import add, matvec, norm, store, subtract, vector
-from workbench.posture.kernels.contacts import contact_of_sphere
-from workbench.posture.kernels.linkage import rotation_of
+from workbench.posture.kernels.chain_kinematics import rotation_of
+from workbench.posture.kernels.limb_contacts import contact_of_sphere
 
-__all__ = ["Turns", "has_no_room", "most_allowed", "new_turns"]
+__all__ = ["ProofWorkspace", "has_no_room", "most_allowed", "new_turns"]
 
 MOST_CUBES = 40_000
 """Cubes after which no proof is sought any more."""
@@ -40,7 +40,7 @@ STILL = 0
 """The group of the parts that stay where they are."""
 
 
-class Turns(NamedTuple):
+class ProofWorkspace(NamedTuple):
     """Working space of a proof."""
 
     middle: NDArray[np.float64]
@@ -49,9 +49,9 @@ class Turns(NamedTuple):
     """(STACKED,) [rad] half their edges."""
 
 
-def new_turns() -> Turns:
+def new_turns() -> ProofWorkspace:
     """Make the working space of a proof."""
-    return Turns(np.zeros((STACKED, 3)), np.zeros(STACKED))
+    return ProofWorkspace(np.zeros((STACKED, 3)), np.zeros(STACKED))
 
 
 @inlined

@@ -38,9 +38,9 @@ from workbench.geometry.vectors import (
     vector,
 )
 from workbench.posture.kernels.cholesky import LEAST_PIVOT, factorise, substitute
-from workbench.posture.kernels.past_stops import StopPack, past_stops
+from workbench.posture.kernels.limit_violation import StopPack, past_stops
 
-__all__ = ["NUMBERS", "STEPS", "Stander", "Standing", "solve_standing"]
+__all__ = ["NUMBERS", "STEPS", "Stander", "StandingRows", "solve_standing"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -123,7 +123,7 @@ class Stander(NamedTuple):
     """(B, H, 3) [m] the points of theirs that arrive."""
 
 
-class Standing(NamedTuple):
+class StandingRows(NamedTuple):
     """What is asked of P rows, in axes of each, x ahead and z up."""
 
     who: Ints

@@ -20,15 +20,15 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.posture.kernels.clear_reach import KEPT, Looked, Outcome, new_desk, still_reaches
-from workbench.posture.kernels.contacts import GROUPS
-from workbench.posture.reaching.chains import goals_of, limb_task, rows_of
+from workbench.posture.kernels.limb_contacts import GROUPS
 from workbench.posture.reaching.heeding import in_own_body
 from workbench.posture.reaching.history import known_of
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between
-from workbench.posture.reaching.obstacles import Room, obstacles_of
+from workbench.posture.reaching.obstacles import ObstacleScene, obstacles_of
 from workbench.posture.reaching.packing import packed_limbs
-from workbench.threads import in_pieces
+from workbench.posture.reaching.reach_solver import goals_of, limb_task, rows_of
+from workbench.threads import run_in_threads
 
 __all__ = ["KeptReaches", "no_reaches", "still_reached"]
 
@@ -137,10 +137,10 @@ def still_reached(
             task.link, limbs, task.who, task.held, problem, room, kept.looked, out, begin, end, desk
         )
 
-    in_pieces(work, rows, PIECE)
+    run_in_threads(work, rows, PIECE)
     got = np.flatnonzero(out.doubt != KEPT)
     if "hand" in limb.name:
-        around = Room(environment, moving, displacement)
+        around = ObstacleScene(environment, moving, displacement)
         got = got[in_own_body(rows_of(task, got), out.angles[got], around) <= 0]
     kept.reached[:] = np.isin(np.arange(rows), got).reshape(kept.reached.shape)
     return kept.reached.copy()

@@ -17,7 +17,7 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.posing import motion_of
+from workbench.model.joint_angles import motion_of
 
 __all__ = ["COMFORT", "comfort_modes"]
 

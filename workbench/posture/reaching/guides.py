@@ -24,21 +24,21 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.kept import kept_with_topology
 from workbench.model.poses import Poses, people_of
-from workbench.posture.kernels.linkage import Linkage
-from workbench.posture.reaching.chains import (
+from workbench.posture.kernels.chain_kinematics import Linkage
+from workbench.posture.reaching.limbs import Limb
+from workbench.posture.reaching.linkage import joints_between, linkage
+from workbench.posture.reaching.outward import Lead, no_lead, outward
+from workbench.posture.reaching.reach_solver import (
     AGAIN,
     REACHED,
-    Found,
-    Task,
+    LimbTask,
+    ReachSolution,
     apply,
     cold,
     goals_of,
     root_joint,
-    solved,
+    solve_reaches,
 )
-from workbench.posture.reaching.limbs import Limb
-from workbench.posture.reaching.linkage import joints_between, linkage
-from workbench.posture.reaching.outward import Lead, no_lead, outward
 from workbench.posture.reaching.seeds import new_seeds, seed_angles
 
 __all__ = ["Guides", "Guiding", "guides_of"]
@@ -111,10 +111,10 @@ class Guides:
         self.link = link
         self.joints = joints_between(body, limb.base, limb.end)
         self.length = float(_lengths(link)[0])
-        self.known: tuple[Ints, Found | None] = (np.zeros(0, np.int64), None)
+        self.known: tuple[Ints, ReachSolution | None] = (np.zeros(0, np.int64), None)
         self.led: dict[float, tuple[Ints, Lead | None]] = {}
 
-    def guiding(self, task: Task, poses: Poses, whose: Ints) -> Guiding:
+    def guiding(self, task: LimbTask, poses: Poses, whose: Ints) -> Guiding:
         """How the people of a task stand, in poses (B,); whose (P,): the pose of each reach."""
         link = task.link
         first = int(link.free_joint.min())
@@ -132,7 +132,7 @@ class Guides:
         cubes: Ints = (number[:, 0] << 42) + (number[:, 1] << 21) + number[:, 2]
         return cubes
 
-    def near(self, cubes: Ints, how: Guiding, start: Floats) -> Found:
+    def near(self, cubes: Ints, how: Guiding, start: Floats) -> ReachSolution:
         """The solutions of cubes (P,), for reaches that start at (P, K, 3) where joints are held."""
         known, row = np.unique(cubes, return_inverse=True)
         found = self._solved(known).rows(row)
@@ -148,13 +148,13 @@ class Guides:
         """The angles (P, K, 3), those of joints that are held as at the start."""
         return np.where(self.link.free_of >= 0, angles, start)
 
-    def _task(self, cubes: Ints) -> Task:
+    def _task(self, cubes: Ints) -> LimbTask:
         """The standard limb reaching for the middles of cubes (G,), its base at the origin."""
         mask = (1 << 21) - 1
         number = np.stack([cubes >> 42, (cubes >> 21) & mask, cubes & mask], axis=1) - MIDDLE
         count = len(cubes)
         angles = seed_angles(self.body, self.limb.base, self.limb.end, self.limb.free)
-        return Task(
+        return LimbTask(
             body=self.body,
             limb=self.limb,
             link=self.link,
@@ -167,13 +167,13 @@ class Guides:
             goal=goals_of(CUBE * number),
         )
 
-    def _solved(self, cubes: Ints) -> Found:
+    def _solved(self, cubes: Ints) -> ReachSolution:
         """The solutions of cubes (G,), which rise; those that are not known are solved."""
         known, found = self.known
         new = np.setdiff1d(cubes, known)
         if len(new):
             task = self._task(new)
-            more = solved(task, cold(task, np.zeros((len(new), len(self.joints), 3))), AGAIN)
+            more = solve_reaches(task, cold(task, np.zeros((len(new), len(self.joints), 3))), AGAIN)
             found = more if found is None else found.joined(more)
             known = np.concatenate([known, new])
             order = np.argsort(known)

@@ -13,13 +13,20 @@ from workbench.body.forward import place, segment_frames
 from workbench.contact.collide import self_contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.joint_angles import angles_of
 from workbench.model.poses import Poses, people_of
-from workbench.model.posing import angles_of
 from workbench.posture.kernels.clear_reach import BRIEF, FEW_STARTS, KEPT, SKIPPED
-from workbench.posture.reaching.chains import Found, Task, goals_of, limb_task, posed, rows_of
 from workbench.posture.reaching.limbs import Limb, arm_alone, shoulder_held, with_fingers
-from workbench.posture.reaching.obstacles import Room, cleared
+from workbench.posture.reaching.obstacles import ObstacleScene, avoid_obstacles
 from workbench.posture.reaching.oneself import ARM, own_body
+from workbench.posture.reaching.reach_solver import (
+    LimbTask,
+    ReachSolution,
+    goals_of,
+    joint_rotations,
+    limb_task,
+    rows_of,
+)
 
 __all__ = [
     "as_posed",
@@ -32,7 +39,7 @@ __all__ = [
 ]
 
 
-def as_posed(body: Body, poses: Poses, limb: Limb) -> tuple[Task, Floats]:
+def as_posed(body: Body, poses: Poses, limb: Limb) -> tuple[LimbTask, Floats]:
     """The task of a limb in B poses that asks for nothing yet, and its angles (B, K, 3) [rad]."""
     task = limb_task(
         body,
@@ -45,21 +52,21 @@ def as_posed(body: Body, poses: Poses, limb: Limb) -> tuple[Task, Floats]:
     return task, np.ascontiguousarray(angles_of(body, poses)[:, task.joints])
 
 
-def deep_in(task: Task, angles: Floats, room: Room) -> Found:
+def deep_in(task: LimbTask, angles: Floats, room: ObstacleScene) -> ReachSolution:
     """How deep limbs at angles (P, K, 3) are in obstacles, and in what; nothing is searched for."""
-    return cleared(task, _known(task, angles), room, effort=SKIPPED)[0]
+    return avoid_obstacles(task, _known(task, angles), room, effort=SKIPPED)[0]
 
 
-def swung_clear(task: Task, angles: Floats, room: Room) -> tuple[Found, Ints]:
+def swung_clear(task: LimbTask, angles: Floats, room: ObstacleScene) -> tuple[ReachSolution, Ints]:
     """Limbs at angles (P, K, 3) brought clear from where they are, and what became of each, as of
-    `cleared`."""
-    return cleared(task, _known(task, angles), room, effort=BRIEF)
+    `avoid_obstacles`."""
+    return avoid_obstacles(task, _known(task, angles), room, effort=BRIEF)
 
 
-def _known(task: Task, angles: Floats) -> Found:
+def _known(task: LimbTask, angles: Floats) -> ReachSolution:
     """What a search begins from that knows of angles alone."""
     count = len(task)
-    return Found(
+    return ReachSolution(
         np.array(angles, order="C"),
         np.zeros((count, 8)),
         np.zeros((count, 6 + len(task.link.rows))),
@@ -68,12 +75,12 @@ def _known(task: Task, angles: Floats) -> Found:
     )
 
 
-def in_oneself(task: Task, angles: Floats) -> Floats:
+def in_oneself(task: LimbTask, angles: Floats) -> Floats:
     """How much deeper (P,) [m] legs at angles (P, K, 3) are in other segments of the own body than it
     allows, below 0 where they are not. The arms do not count: they are still to go elsewhere, or asked
     apart as `own_arms`."""
     body = task.body
-    poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
+    poses = Poses(joint_rotations(task, angles), task.limb.base, task.base, person=task.who)
     found = self_contacts(place(body, poses))
     one, other = found.segment, found.other_segment
     moving = np.isin(one, task.limb.moving) | np.isin(other, task.limb.moving)
@@ -84,7 +91,9 @@ def in_oneself(task: Task, angles: Floats) -> Floats:
     return deepest
 
 
-def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = False) -> Floats:
+def in_own_body(
+    task: LimbTask, angles: Floats, room: ObstacleScene, *, other_arm: bool = False
+) -> Floats:
     """How much deeper (P,) [m] arms at angles (P, K, 3) are in the own body than it allows, 0 where they are
     not: in that of the room if there is one, else as it has come to lie, the own shoulder included.
     other_arm: as of `own_body`.
@@ -94,14 +103,16 @@ def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = Fal
     room = replace(room, people=(), bodies_only=True)
     if room.own is None:
         body = task.body
-        poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
+        poses = Poses(joint_rotations(task, angles), task.limb.base, task.base, person=task.who)
         arm = shoulder_held(body, task.limb)
         room = replace(room, own=own_body(body, poses, arm, other_arm=other_arm))
         task, angles = as_posed(body, poses, arm)
     return deep_in(task, angles, room).overlap
 
 
-def heeding(task: Task, angles: Floats, clear: Bools, before: Callable[[Ints], Floats]) -> Bools:
+def heeding(
+    task: LimbTask, angles: Floats, clear: Bools, before: Callable[[Ints], Floats]
+) -> Bools:
     """(P,) which of the clear legs at angles (P, K, 3) enter the own body no deeper than it allows, or
     than before: that says how deep [m] some of them (N,) were."""
     rows = np.flatnonzero(clear)
@@ -117,7 +128,7 @@ def clear_fingers(
     poses: Poses,
     hand: Limb,
     at: Floats,
-    room: Room,
+    room: ObstacleScene,
     *,
     other_arm: bool = False,
 ) -> Poses:
@@ -150,12 +161,12 @@ def clear_fingers(
         deep = deep_in(rows_of(task, left), angles[left], around).overlap > 0.0
         left = left[deep]
         some = rows_of(task, left)
-        found, doubt = cleared(some, _known(some, angles[left]), around, effort=FEW_STARTS)
+        found, doubt = avoid_obstacles(some, _known(some, angles[left]), around, effort=FEW_STARTS)
         clear = doubt < KEPT
         if flesh_alone and len(left):  # for no place deeper in what the hand holds
             parts = replace(room, held=())
             was, now = (deep_in(some, at, parts).overlap for at in (angles[left], found.angles))
             clear &= now <= np.maximum(was, 0.0)
-        rotations[left[clear]] = posed(some, found.angles)[clear]
+        rotations[left[clear]] = joint_rotations(some, found.angles)[clear]
         left = left[~clear]
     return replace(poses, rotations=rotations)

@@ -24,8 +24,8 @@ from workbench.posture.kernels.clear_reach import (
     WHOLE,
     Outcome,
 )
-from workbench.posture.reaching.chains import Task
 from workbench.posture.reaching.limbs import Limb
+from workbench.posture.reaching.reach_solver import LimbTask
 
 __all__ = ["ReachHistory", "Recall", "known_of"]
 
@@ -149,7 +149,7 @@ class Recall:
 
 
 def known_of(
-    task: Task, *, effort: int = WHOLE, recall: Recall | None = None
+    task: LimbTask, *, effort: int = WHOLE, recall: Recall | None = None
 ) -> tuple[Ints, Floats, Bools]:
     """The effort, the known postures, and which of these there are, of the rows of a task, as
     `Outcome` has them."""

@@ -11,8 +11,8 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.stops import StopKind
-from workbench.posture.kernels.limits import WHOLE_CONE, WHOLE_POLYGON, WHOLE_TURN
-from workbench.posture.kernels.linkage import Linkage
+from workbench.posture.kernels.chain_kinematics import Linkage
+from workbench.posture.kernels.inequality_constraints import WHOLE_CONE, WHOLE_POLYGON, WHOLE_TURN
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.stops import polygon_sides
 

@@ -19,9 +19,15 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.posture.kernels.clear_reach import BURIED, KEPT, NEARER, NEXT_TO, OTHER_WAY, PRECISE
-from workbench.posture.kernels.inverse import NEARLY
-from workbench.posture.reaching.chains import Found, Task, reaches, rows_of, tips_of
-from workbench.posture.reaching.obstacles import Room, cleared
+from workbench.posture.kernels.inverse_kinematics import NEARLY
+from workbench.posture.reaching.obstacles import ObstacleScene, avoid_obstacles
+from workbench.posture.reaching.reach_solver import (
+    LimbTask,
+    ReachSolution,
+    reaches,
+    rows_of,
+    tips_of,
+)
 
 __all__ = ["asked_again", "missed_by_obstacles", "targets_aside"]
 
@@ -35,7 +41,7 @@ FARTHEST = 1.0
 """[m] Nothing farther from a target counts as a posture near it."""
 
 
-def missed_by_obstacles(found: Found, doubt: Ints) -> Ints:
+def missed_by_obstacles(found: ReachSolution, doubt: Ints) -> Ints:
     """The rows that miss their targets by obstacles."""
     blamed = (doubt >= KEPT) | (found.part >= 0) | (found.overlap > 0)
     return np.flatnonzero(~reaches(found) & blamed)
@@ -45,8 +51,8 @@ def missed_by_obstacles(found: Found, doubt: Ints) -> Ints:
 class _Misses:
     """P misses that are asked again, and the best that is known of each; filled in place."""
 
-    task: Task
-    room: Room
+    task: LimbTask
+    room: ObstacleScene
     least: Floats
     """(P,) [m] no posture comes nearer."""
     angles: Floats
@@ -89,15 +95,15 @@ class _Misses:
 
 
 def asked_again(
-    task: Task,
-    free: Found,
-    found: Found,
+    task: LimbTask,
+    free: ReachSolution,
+    found: ReachSolution,
     doubt: Ints,
-    room: Room,
+    room: ObstacleScene,
     *,
     starts: Floats | None,
     thorough: bool,
-) -> tuple[Found, Ints]:
+) -> tuple[ReachSolution, Ints]:
     """Ask reaches that miss their targets by obstacles again.
 
     Parameters
@@ -186,27 +192,34 @@ def targets_aside(base: Floats) -> Floats:
     return np.concatenate([far * ways for far in ASIDE], axis=1)
 
 
-def _off(task: Task, angles: Floats) -> Floats:
+def _off(task: LimbTask, angles: Floats) -> Floats:
     """(P,) [m] how far the tips are from their targets at angles (P, K, 3)."""
     off: Floats = np.linalg.norm(tips_of(task, angles)[:, :3] - task.goal[:, :3], axis=1)
     return off
 
 
 def _nearer(
-    task: Task, angles: Floats, least: Floats, beat: Floats, how: int, room: Room
-) -> tuple[Found, Ints]:
+    task: LimbTask, angles: Floats, least: Floats, beat: Floats, how: int, room: ObstacleScene
+) -> tuple[ReachSolution, Ints]:
     """Postures nearer to their targets than `beat` (P,) [m], from postures (P, K, 3)."""
     count = len(task)
     numbers = np.zeros((count, 8))
     numbers[:, 0] = least
     numbers[:, 1] = beat
-    start = Found(angles, numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1))
-    return cleared(task, start, room, effort=how)
+    start = ReachSolution(
+        angles, numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1)
+    )
+    return avoid_obstacles(task, start, room, effort=how)
 
 
 def _put(
-    found: Found, doubt: Ints, rows: Ints, misses: _Misses, better: Bools, free: Found
-) -> tuple[Found, Ints]:
+    found: ReachSolution,
+    doubt: Ints,
+    rows: Ints,
+    misses: _Misses,
+    better: Bools,
+    free: ReachSolution,
+) -> tuple[ReachSolution, Ints]:
     """Found with the rows that are better."""
     angles = found.angles.copy()
     numbers = found.numbers.copy()
@@ -226,4 +239,4 @@ def _put(
     blamed = np.where(misses.part[better] >= 0, misses.part[better], part[at])
     part[at] = np.where(got | by_length, -1, blamed)
     doubt[at[got]] = OTHER_WAY
-    return Found(angles, numbers, held, overlap, part), doubt
+    return ReachSolution(angles, numbers, held, overlap, part), doubt

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.contact.collide import allowed_depth
-from workbench.contact.fields import field_of, packed_faces, packed_shells
-from workbench.contact.kernels.field import Field
-from workbench.contact.kernels.inside import Shells
+from workbench.contact.distance_fields import build_distance_field, packed_faces, packed_shells
+from workbench.contact.kernels.distance_field import DistanceField
+from workbench.contact.kernels.point_in_solid import SolidMeshes
 from workbench.contact.kernels.search import Trees
 from workbench.geometry.polygon import Faces
 from workbench.model.arrays import Bools, Floats, Ints
@@ -33,16 +33,16 @@ from workbench.posture.kernels.clear_reach import (
     new_desk,
     prove_no_room,
 )
-from workbench.posture.kernels.contacts import Company, Limbs, Obstacles, new_space
 from workbench.posture.kernels.hand_room import new_turns
-from workbench.posture.reaching.chains import PIECE, Found, Task
+from workbench.posture.kernels.limb_contacts import Company, Limbs, Obstacles, new_space
 from workbench.posture.reaching.history import Recall, known_of
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.oneself import OwnBody
 from workbench.posture.reaching.packing import packed_limbs
-from workbench.threads import in_pieces
+from workbench.posture.reaching.reach_solver import PIECE, LimbTask, ReachSolution
+from workbench.threads import run_in_threads
 
-__all__ = ["Room", "cleared", "hands_without_room", "obstacles_of"]
+__all__ = ["ObstacleScene", "avoid_obstacles", "hands_without_room", "obstacles_of"]
 
 
 ENCLOSING = 1e-9
@@ -75,7 +75,7 @@ NOBODY = Company(
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
+class ObstacleScene:
     """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for
     each body; people who stand still; and the own body, None where it is not heeded. Of parts that
     are `held` nothing keeps the segment of a limb that arrives."""
@@ -91,14 +91,14 @@ class Room:
     """Whether the environment does not count."""
 
 
-def cleared(
-    task: Task,
-    found: Found,
-    room: Room,
+def avoid_obstacles(
+    task: LimbTask,
+    found: ReachSolution,
+    room: ObstacleScene,
     *,
     effort: int = WHOLE,
     recall: Recall | None = None,
-) -> tuple[Found, Ints]:
+) -> tuple[ReachSolution, Ints]:
     """Keep reaches clear of obstacles.
 
     Parameters
@@ -147,10 +147,10 @@ def cleared(
             new_desk(task.link, limbs, task.held.shape[1], len(task.seeds.angles)),
         )
 
-    in_pieces(work, count, PIECE, threads=room.threads)
+    run_in_threads(work, count, PIECE, threads=room.threads)
     if recall is not None and effort == WHOLE:
         recall.keep(task.limb, out)
-    return Found(out.angles, out.numbers, found.held, out.overlap, out.part), out.doubt
+    return ReachSolution(out.angles, out.numbers, found.held, out.overlap, out.part), out.doubt
 
 
 def hands_without_room(
@@ -189,11 +189,11 @@ def hands_without_room(
         space = new_space(limbs, len(limbs.axes))
         prove_no_room(limbs, who, each, room, proved, begin, end, space, new_turns())
 
-    in_pieces(work, len(who), PIECE)
+    run_in_threads(work, len(who), PIECE)
     return np.asarray(proved.reshape(-1, count) > 0)
 
 
-def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
+def _packed(task: LimbTask, room: ObstacleScene) -> tuple[Limbs, Obstacles]:
     around = obstacles_of(task.body, room.environment, room.moving, room.shift)
     if room.people or room.own is not None:
         around = _with_people(around, room, task.pose)
@@ -216,7 +216,7 @@ def obstacles_of(body: Body, environment: Environment, moving: Ints, shift: Floa
     )
 
 
-def _with_people(parts: Obstacles, room: Room, pose: Ints) -> Obstacles:
+def _with_people(parts: Obstacles, room: ObstacleScene, pose: Ints) -> Obstacles:
     """Obstacles with people in them, then the own body, in pose (P,) in each reach. Each of their
     segments counts as a part: of the others those that are shown, of the own body all that have
     spheres."""
@@ -310,9 +310,9 @@ def _fixed(topology: Topology, environment: Environment, moving: tuple[int, ...]
         [allowed[:, list(group)].min(axis=1, initial=np.inf) for group in chosen], axis=1
     )
     faces = Faces(*_plain(packed_faces(environment)))
-    shells = Shells(*_plain(packed_shells(environment)))
-    index = field_of(environment, chosen)
-    field = Field(Trees(*_plain(index.trees)), *_plain(index[1:]))
+    shells = SolidMeshes(*_plain(packed_shells(environment)))
+    index = build_distance_field(environment, chosen)
+    field = DistanceField(Trees(*_plain(index.trees)), *_plain(index[1:]))
     owner, allowed, moves, normal, least = _plain(
         [environment.polygon_part, allowed, moves, environment.normal, least]
     )

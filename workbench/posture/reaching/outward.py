@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.model.arrays import Floats, Ints
-from workbench.posture.kernels.outward import (
+from workbench.posture.kernels.maximum_reach import (
     Extents,
-    Guides,
+    GuideRows,
     new_ray_workspace,
     reach_outward,
 )
-from workbench.posture.reaching.chains import PIECE, Found, Task
+from workbench.posture.reaching.reach_solver import PIECE, LimbTask, ReachSolution
 from workbench.posture.reaching.seeds import NO_PLANES
-from workbench.threads import in_pieces
+from workbench.threads import run_in_threads
 
 __all__ = ["Lead", "no_lead", "outward"]
 
@@ -47,7 +47,7 @@ class Lead:
         )
 
 
-def no_lead(task: Task) -> Lead:
+def no_lead(task: LimbTask) -> Lead:
     """Nothing known for the rows of a task."""
     count = len(task)
     return Lead(
@@ -58,8 +58,8 @@ def no_lead(task: Task) -> Lead:
 
 
 def outward(
-    task: Task,
-    found: Found,
+    task: LimbTask,
+    found: ReachSolution,
     ways: Floats,
     lead: Lead,
     *,
@@ -82,7 +82,7 @@ def outward(
     count = len(task)
     size = np.sqrt(ways[:, :1] ** 2 + ways[:, 1:2] ** 2 + ways[:, 2:] ** 2)
     rays = np.concatenate([task.own.goal[:, :3], ways / np.maximum(size, 1e-9)], axis=1)
-    known = Guides(lead.angles, lead.held, lead.ways)
+    known = GuideRows(lead.angles, lead.held, lead.ways)
     held = np.zeros((count, 6 + len(task.link.rows)))
     out = Extents(np.array(found.angles), held, np.zeros(count), np.zeros(count, dtype=np.int64))
 
@@ -102,5 +102,5 @@ def outward(
             new_ray_workspace(task.link),
         )
 
-    in_pieces(work, count, PIECE, threads=threads)
+    run_in_threads(work, count, PIECE, threads=threads)
     return Lead(out.angles, out.held, out.ways)

@@ -9,11 +9,11 @@ import numpy as np
 from workbench.body.forward import packed_chain, packed_skin
 from workbench.body.kernels.forward import Chain, Skin
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.blend import blend_point
 from workbench.model.body import Body, logical_window
 from workbench.model.kept import kept_by_row
-from workbench.posture.kernels.contacts import Limbs
-from workbench.posture.kernels.linkage import Linkage
+from workbench.model.skinning import blend_point
+from workbench.posture.kernels.chain_kinematics import Linkage
+from workbench.posture.kernels.limb_contacts import Limbs
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between, linkage
 

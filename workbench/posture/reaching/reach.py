@@ -17,29 +17,10 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import angles_of
 from workbench.model.poses import Poses, check_joints, people_of
-from workbench.model.posing import angles_of
 from workbench.model.reach import Reach, join_reaches
 from workbench.posture.kernels.clear_reach import BRIEF, BURIED, PRECISE, WHOLE
-from workbench.posture.reaching.chains import (
-    AGAIN,
-    TURN_LEVER,
-    Found,
-    Task,
-    apply,
-    cold,
-    discomfort_of,
-    goals_of,
-    limb_task,
-    nearest,
-    posed,
-    reaches,
-    root_joint,
-    rows_of,
-    solved,
-    stopped_by,
-    tips_of,
-)
 from workbench.posture.reaching.guides import Guides, Guiding, guides_of
 from workbench.posture.reaching.heeding import deep_in, in_own_body
 from workbench.posture.reaching.history import Recall
@@ -50,9 +31,28 @@ from workbench.posture.reaching.nearer import (
     missed_by_obstacles,
     targets_aside,
 )
-from workbench.posture.reaching.obstacles import Room, cleared
+from workbench.posture.reaching.obstacles import ObstacleScene, avoid_obstacles
 from workbench.posture.reaching.oneself import own_body, own_names
 from workbench.posture.reaching.outward import Lead, no_lead, outward
+from workbench.posture.reaching.reach_solver import (
+    AGAIN,
+    TURN_LEVER,
+    LimbTask,
+    ReachSolution,
+    apply,
+    cold,
+    discomfort_of,
+    goals_of,
+    joint_rotations,
+    limb_task,
+    nearest,
+    reaches,
+    root_joint,
+    rows_of,
+    solve_reaches,
+    stopped_by,
+    tips_of,
+)
 
 __all__ = ["reach"]
 
@@ -323,8 +323,8 @@ def _crowd(
 class _Solved:
     """What P reaches have come to, a row each: the targets of the first person first."""
 
-    task: Task
-    found: Found
+    task: LimbTask
+    found: ReachSolution
     doubt: Ints
     reached: Bools
     extension: Floats
@@ -347,7 +347,7 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask, *, outermost: bool = False) -> _Solv
     start = _start(task, crowd, ask)
     guided = _guided(task, crowd, ask)
     near = None if guided is None else guided.guides.near(guided.cubes, guided.how, start)
-    found = solved(
+    found = solve_reaches(
         task, start, AGAIN if ask.restarts is None else ask.restarts, near=near, threads=ask.threads
     )
     if ask.thorough and outermost:
@@ -375,21 +375,21 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask, *, outermost: bool = False) -> _Solv
     return own
 
 
-def _room(crowd: _Crowd, ask: _Ask) -> Room:
+def _room(crowd: _Crowd, ask: _Ask) -> ObstacleScene:
     """The obstacles of a crowd, without the own body."""
     assert ask.environment is not None
     moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
-    return Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
+    return ObstacleScene(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
 
 
 def _among_obstacles(
-    task: Task, free: Found, start: Floats, crowd: _Crowd, ask: _Ask
-) -> tuple[Found, Ints]:
+    task: LimbTask, free: ReachSolution, start: Floats, crowd: _Crowd, ask: _Ask
+) -> tuple[ReachSolution, Ints]:
     """What reaches come to beside obstacles, and what became of each. What then enters the own body is
     searched for again."""
     room = _room(crowd, ask)
     effort = BRIEF if ask.brief else WHOLE
-    found, doubt = cleared(task, free, room, effort=effort, recall=ask.recall)
+    found, doubt = avoid_obstacles(task, free, room, effort=effort, recall=ask.recall)
     rows = np.flatnonzero(reaches(found))
     again = ask.thorough or ask.initial is not None
     if moves_arm_alone(task.limb) and (len(rows) or again):
@@ -398,7 +398,7 @@ def _among_obstacles(
         rows = rows[in_own_body(rows_of(task, rows), found.angles[rows], room) > 0]
         if len(rows):
             recall = ask.recall.each().rows(rows) if ask.recall is not None else None
-            clear = cleared(
+            clear = avoid_obstacles(
                 rows_of(task, rows), found.rows(rows), room, effort=effort, recall=recall
             )
             found.put(rows, clear[0])
@@ -428,7 +428,7 @@ def _arms_alone(
 ) -> _Solved:
     """What arms alone come to in some rows, from the trunk at angles (P, K, 3) [rad]."""
     task = rows_of(own.task, rows)
-    poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
+    poses = Poses(joint_rotations(task, angles), task.limb.base, task.base, person=task.who)
     ask = replace(_of_rows(ask, own.task.pose, rows), recall=None)
     return _solved_crowd(_held_crowd(crowd, arm, poses, rows), ask)
 
@@ -529,7 +529,7 @@ def _put(own: _Solved, rows: Ints, there: _Solved, angles: Floats) -> None:
     own.extension[rows] = there.extension
 
 
-def _short(found: Found) -> Floats:
+def _short(found: ReachSolution) -> Floats:
     """(P,) [m] what reaches lack: how far they stay away, and how deep they enter something."""
     lack: Floats = found.numbers[:, 0] + found.overlap
     return lack
@@ -554,7 +554,7 @@ def _of_rows(ask: _Ask, whose: Ints, rows: Ints) -> _Ask:
     return replace(ask, initial=initial, recall=recall)
 
 
-def _extension(task: Task, found: Found, root: Floats, lead: Lead, ask: _Ask) -> Floats:
+def _extension(task: LimbTask, found: ReachSolution, root: Floats, lead: Lead, ask: _Ask) -> Floats:
     """(P,) [m] how much farther out limbs reach than their targets, on rays from root (P, 3) [m], in
     the axes of the held segments."""
     ways = task.own.goal[:, :3] - root
@@ -563,7 +563,7 @@ def _extension(task: Task, found: Found, root: Floats, lead: Lead, ask: _Ask) ->
     return beyond
 
 
-def _task(crowd: _Crowd, ask: _Ask) -> Task:
+def _task(crowd: _Crowd, ask: _Ask) -> LimbTask:
     """A row for each reach, the targets of the first person first."""
     count = crowd.goals.shape[1]
     goal = goals_of(crowd.goals.reshape(-1, 3))
@@ -581,7 +581,7 @@ def _task(crowd: _Crowd, ask: _Ask) -> Task:
     )
 
 
-def _start(task: Task, crowd: _Crowd, ask: _Ask) -> Floats:
+def _start(task: LimbTask, crowd: _Crowd, ask: _Ask) -> Floats:
     """(P, K, 3) [rad] the angles as the poses have them, the free ones at their comfort modes or as
     in the initial poses."""
     angles = cold(task, angles_of(task.body, crowd.held)[task.pose][:, task.joints])
@@ -606,7 +606,7 @@ class _Guided:
         return self.guides.beyond(self.cubes[rows], self.how.rows(rows), start, most)
 
 
-def _guided(task: Task, crowd: _Crowd, ask: _Ask) -> _Guided | None:
+def _guided(task: LimbTask, crowd: _Crowd, ask: _Ask) -> _Guided | None:
     """The guides of a task; None where the search starts elsewhere."""
     if ask.initial is not None or ask.restarts is not None or ask.directed:
         return None
@@ -622,7 +622,7 @@ def _at_origin(held: Poses) -> Poses:
     return replace(held, world_from_reference=np.repeat(np.eye(3, 4)[None], len(held), axis=0))
 
 
-def _roots(task: Task, held: Poses) -> Floats:
+def _roots(task: LimbTask, held: Poses) -> Floats:
     """(B, 3) [m] the shoulder or hip in the postures that people reach from."""
     joint = root_joint(task.body, task.limb)
     world = segment_frames(task.body, held, joint + 1)

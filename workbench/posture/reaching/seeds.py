@@ -7,9 +7,9 @@ import numpy as np
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.kept import kept_by_row, kept_with_topology
-from workbench.posture.kernels.inverse import Seeds, place_chains
-from workbench.posture.kernels.limits import Planes
-from workbench.posture.kernels.linkage import Linkage, new_state
+from workbench.posture.kernels.chain_kinematics import Linkage, new_state
+from workbench.posture.kernels.inequality_constraints import ContactPlanes
+from workbench.posture.kernels.inverse_kinematics import Seeds, place_chains
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between, linkage
 
@@ -17,7 +17,7 @@ __all__ = ["NO_PLANES", "chains_placed", "new_seeds", "packed_seeds", "seed_angl
 
 SEEDS = 128
 """Number of seeds of a limb."""
-NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+NO_PLANES = ContactPlanes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 def _seed_rows(seeds: Seeds, rows: Ints) -> Seeds:

@@ -16,25 +16,25 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import motion_of
 from workbench.model.poses import Poses
-from workbench.model.posing import motion_of
 from workbench.posture.kernels.clear_reach import KEPT, SKIPPED
-from workbench.posture.reaching.chains import (
-    REACHED,
-    TURN_LEVER,
-    Found,
-    Task,
-    discomfort_of,
-    goals_of,
-    posed,
-    rows_of,
-    solved,
-    tips_of,
-)
 from workbench.posture.reaching.heeding import as_posed, deep_in, heeding, in_oneself, swung_clear
 from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.obstacles import Room, cleared
+from workbench.posture.reaching.obstacles import ObstacleScene, avoid_obstacles
 from workbench.posture.reaching.oneself import own_arms
+from workbench.posture.reaching.reach_solver import (
+    REACHED,
+    TURN_LEVER,
+    LimbTask,
+    ReachSolution,
+    discomfort_of,
+    goals_of,
+    joint_rotations,
+    rows_of,
+    solve_reaches,
+    tips_of,
+)
 from workbench.posture.seating.driving_legs import HEEL_LIFT
 from workbench.posture.seating.posture import pointed_foot
 
@@ -107,7 +107,7 @@ def clear_legs(
     """
     seat = np.isin(environment.parts, list(sat_on)).astype(np.int64)
     own = own_arms(body, poses) if arms else None
-    room = Room(environment, seat, np.full((len(body), 3), OUT_OF_THE_WAY), own=own)
+    room = ObstacleScene(environment, seat, np.full((len(body), 3), OUT_OF_THE_WAY), own=own)
     rotations = np.array(poses.rotations)
     overlap: dict[str, Floats] = {}
     part: dict[str, Ints] = {}
@@ -123,7 +123,7 @@ def clear_legs(
         if len(deep):
             rows, best = _clear(task, angles, deep, other, room)
             mine = replace(rows_of(task, rows), held=rotations[rows])
-            rotations[rows] = posed(mine, best)
+            rotations[rows] = joint_rotations(mine, best)
             moved[k, rows] = True
     cleared_poses = replace(poses, rotations=rotations)
     both = np.flatnonzero(moved.all(axis=0) & (len(moved) > 1))
@@ -153,7 +153,7 @@ def _goals(ball: Floats, sole: Floats) -> Floats:
     return goal
 
 
-def _soles(task: Task, other: Floats | None) -> Floats:
+def _soles(task: LimbTask, other: Floats | None) -> Floats:
     """(B, V, 3) directions that soles may have, from heel to ball: the first as it is, then the foot
     turned, then with other pitches, turned or not."""
     sole = task.goal[:, 3:6]
@@ -174,7 +174,7 @@ def _soles(task: Task, other: Floats | None) -> Floats:
 
 
 def _clear(
-    task: Task, angles: Floats, rows: Ints, other: Floats | None, room: Room
+    task: LimbTask, angles: Floats, rows: Ints, other: Floats | None, room: ObstacleScene
 ) -> tuple[Ints, Floats]:
     """Of some rows (N,) of a task, whose soles may have other pitches (B, Q), those that a clear
     posture was found of, and its angles (M, K, 3)."""
@@ -214,17 +214,19 @@ def _clear(
 
 
 def _turned(
-    task: Task, angles: Floats, rows: Ints, soles: Floats, room: Room
-) -> tuple[Task, Found]:
+    task: LimbTask, angles: Floats, rows: Ints, soles: Floats, room: ObstacleScene
+) -> tuple[LimbTask, ReachSolution]:
     """Some rows (N,) of a task with angles (B, K, 3), each with soles in directions (N, V, 3): what
     that comes to obstacles aside, and how deep it is in these."""
     each = np.repeat(rows, soles.shape[1])
     goal = _goals(task.goal[each, :3], soles.reshape(-1, 3))
     turned = replace(rows_of(task, each), goal=goal)
-    return turned, cleared(turned, solved(turned, angles[each], 0), room, effort=SKIPPED)[0]
+    return turned, avoid_obstacles(
+        turned, solve_reaches(turned, angles[each], 0), room, effort=SKIPPED
+    )[0]
 
 
-def _take(best: Floats, rows: Ints, task: Task, angles: Floats, clear: Bools) -> Bools:
+def _take(best: Floats, rows: Ints, task: LimbTask, angles: Floats, clear: Bools) -> Bools:
     """Put the most comfortable of the clear postures of rows (N,), as many of a task for each, into
     best (B, K, 3); returns which have one."""
     cost = np.where(clear, discomfort_of(task, angles), np.inf).reshape(len(rows), -1)

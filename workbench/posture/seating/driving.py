@@ -23,20 +23,20 @@ from workbench.model.body import Body
 from workbench.model.criterion import Reason
 from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
+from workbench.model.joint_angles import angles_of, compose, join_poses, motion_of
 from workbench.model.poses import Poses, row_for_each
-from workbench.model.posing import angles_of, compose, join_poses, motion_of
-from workbench.posture.kernels.trunk import trunk_turns
-from workbench.posture.reaching.chains import (
+from workbench.posture.kernels.trunk_fit import trunk_turns
+from workbench.posture.reaching.limbs import FEET
+from workbench.posture.reaching.reach_solver import (
     REACHED,
     TURN_LEVER,
     cold,
     goals_of,
+    joint_rotations,
     limb_task,
-    posed,
     rows_of,
-    solved,
+    solve_reaches,
 )
-from workbench.posture.reaching.limbs import FEET
 from workbench.posture.seating.driving_angles import drawn_angles, expected_angles, h_point_offset
 from workbench.posture.seating.driving_legs import (
     Sole,
@@ -362,16 +362,16 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
             goal=_goals(sole, pitch),
         )
         start = cold(task, angles_of(task.body, seated)[:, task.joints])
-        found = solved(task, start, SOLE_AGAIN)
-        rotations = posed(task, found.angles)
+        found = solve_reaches(task, start, SOLE_AGAIN)
+        rotations = joint_rotations(task, found.angles)
         numbers = found.numbers.copy()
         freer = ((_goals(sole, sole.steepest), SOLE_AGAIN), (goals_of(sole.at), BALL_AGAIN))
         for goal, again in freer:
             off = np.flatnonzero(numbers[:, 0] > REACHED)
             if len(off):
                 some = replace(rows_of(task, off), goal=goal[off])
-                found = solved(some, start[off], again)
-                rotations[off] = posed(some, found.angles)
+                found = solve_reaches(some, start[off], again)
+                rotations[off] = joint_rotations(some, found.angles)
                 numbers[off] = found.numbers
         seated = Poses(rotations, seated.reference, seated.world_from_reference)
         miss[foot], limit[foot] = numbers[:, 0].copy(), limits_of(task, numbers)

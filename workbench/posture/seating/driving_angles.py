@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, frozen
+from workbench.model.arrays import Floats, read_only
 from workbench.model.driving import ANGLES, Driver, DrivingAngles, Package
 
 __all__ = ["drawn_angles", "driving_angles", "expected_angles", "h_point_offset", "residuals"]
@@ -74,7 +74,7 @@ def residuals(seed: int, stream: tuple[int, ...], count: int) -> Floats:
     """(count,) the residuals of a driver in units of their standard deviations, of one of the streams
     of a seed."""
     chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=stream)))
-    return frozen(chance.standard_normal(count), np.float64, (count,), "residuals")
+    return read_only(chance.standard_normal(count), np.float64, (count,), "residuals")
 
 
 def h_point_offset(driver: Driver) -> tuple[float, float]:

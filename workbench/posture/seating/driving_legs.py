@@ -12,9 +12,9 @@ import numpy as np
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.driving import Package
-from workbench.model.posing import motion_of
+from workbench.model.joint_angles import motion_of
+from workbench.posture.kernels.chain_kinematics import Linkage
 from workbench.posture.kernels.driving_legs import DrivingLegs, least_costs
-from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import Limb, limb
 from workbench.posture.reaching.packing import packed_links

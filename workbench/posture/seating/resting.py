@@ -15,14 +15,14 @@ from workbench.model.body import Body
 from workbench.model.environment import Rest, Seat
 from workbench.model.kept import kept_by_row
 from workbench.model.poses import Poses
-from workbench.posture.kernels.sitting import Sitting
+from workbench.posture.kernels.seated_posture import Sitting
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.posture.seating.seating import seat_attitude, seat_planes
 
 __all__ = [
     "FrontFaces",
-    "Lap",
+    "SeatContact",
     "at_rest",
     "front_faces",
     "lap_of",
@@ -33,7 +33,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, eq=False)
-class Lap:
+class SeatContact:
     """The segment that the legs hang on, of B people who lean with the seat's back.
 
     lean (B, 3, 4): its frame where the segment that poses are placed by is at the origin; attitude
@@ -48,7 +48,7 @@ class Lap:
     wanted: Floats
 
 
-def lap_of(body: Body, poses: Poses, seat: Seat, *, segment: int, eye: float | None) -> Lap:
+def lap_of(body: Body, poses: Poses, seat: Seat, *, segment: int, eye: float | None) -> SeatContact:
     """The laps of bodies in poses, a row each. InputError where eyes are asked for that a body does
     not have."""
     world = np.zeros((len(poses), 3, 4))
@@ -69,7 +69,7 @@ def lap_of(body: Body, poses: Poses, seat: Seat, *, segment: int, eye: float | N
         )
     elif eye is not None:
         raise InputError(f"body {body.name} has no spheres 'left eye' and 'right eye'")
-    return Lap(
+    return SeatContact(
         segment,
         lean,
         attitude,
@@ -79,7 +79,13 @@ def lap_of(body: Body, poses: Poses, seat: Seat, *, segment: int, eye: float | N
 
 
 def sitting_of(
-    body: Body, poses: Poses, seat: Seat, lap: Lap, rise: Floats, *, feet: Collection[str] = ()
+    body: Body,
+    poses: Poses,
+    seat: Seat,
+    lap: SeatContact,
+    rise: Floats,
+    *,
+    feet: Collection[str] = (),
 ) -> Sitting:
     """How bodies sit on a seat that may travel up by rise (B, 2) [m], least and greatest, with some
     feet on pedals.
@@ -127,7 +133,9 @@ def sitting_of(
     )
 
 
-def at_rest(body: Body, lap: Lap, sitting: Sitting, rotations: Floats) -> tuple[Floats, Floats]:
+def at_rest(
+    body: Body, lap: SeatContact, sitting: Sitting, rotations: Floats
+) -> tuple[Floats, Floats]:
     """Where the lap (B, 3) [m] comes to rest with the legs as they are, the seat not moved forward,
     and the seat's travel up (B,) [m] that brings the eyes to their height."""
     segments = np.isin(np.arange(len(body.segments)), sitting.limbs.segment)
@@ -142,7 +150,7 @@ def at_rest(body: Body, lap: Lap, sitting: Sitting, rotations: Floats) -> tuple[
 
 
 def _least_heights(
-    body: Body, rotations: Floats, lap: Lap, segments: Bools, ways: Floats, counts: Bools
+    body: Body, rotations: Floats, lap: SeatContact, segments: Bools, ways: Floats, counts: Bools
 ) -> Floats:
     """(B, W) least height [m] of the spheres of some segments (N,) along each of the directions
     ways (W, 3), from the lap's origin.

@@ -21,11 +21,17 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.criterion import Reason
 from workbench.model.environment import Seat
+from workbench.model.joint_angles import join_poses
 from workbench.model.poses import Poses, check_rows, row_for_each
-from workbench.model.posing import join_poses
-from workbench.posture.kernels.seat_search import SeatPlaces, new_seat_search, seat_rows
-from workbench.posture.kernels.sitting import PRESSED, ROW, TOTAL_DISCOMFORT, VISITED, Sitting
-from workbench.posture.reaching.chains import Task, apply
+from workbench.posture.kernels.seat_optimization import SeatPlaces, new_seat_search, optimize_seat
+from workbench.posture.kernels.seated_posture import (
+    PRESSED,
+    ROW,
+    TOTAL_DISCOMFORT,
+    VISITED,
+    Sitting,
+)
+from workbench.posture.reaching.reach_solver import LimbTask, apply
 from workbench.posture.seating.posture import DECIMALS, Pedals, positions
 from workbench.posture.seating.resting import at_rest, lap_of, sitting_of
 from workbench.posture.seating.seating import SeatAxes, own_axes, seat_attitude
@@ -36,7 +42,7 @@ from workbench.posture.seating.stepping import (
     legs_of,
     limits_of,
 )
-from workbench.threads import in_pieces
+from workbench.threads import run_in_threads
 
 __all__ = ["PEOPLE_PER_SEAT_BATCH", "SeatMemory", "Seated", "in_world", "join_seated", "seat"]
 
@@ -317,7 +323,7 @@ class _Found:
 
 
 def _stepped(
-    sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask, grid: Floats, rest: _Rest
+    sitting: Sitting, tasks: list[LimbTask], rotations: Floats, ask: _Ask, grid: Floats, rest: _Rest
 ) -> _Found:
     """People with their feet on pedals, each from a guess at the place of the seat on its grid (B,
     G)."""
@@ -334,9 +340,9 @@ def _stepped(
 
     def work(begin: int, end: int) -> None:
         search = new_seat_search(sitting, legs, grid.shape[1], turned.shape[1])
-        seat_rows(sitting, legs, grid, first, ask.every, out, begin, end, search)
+        optimize_seat(sitting, legs, grid, first, ask.every, out, begin, end, search)
 
-    in_pieces(work, count, PIECE, threads=ask.threads)
+    run_in_threads(work, count, PIECE, threads=ask.threads)
     return _Found(turned, lap[:, :, 3].copy(), travel, numbers, row)
 
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, Seat
-from workbench.model.posing import attitude_matrix
+from workbench.model.joint_angles import attitude_matrix
 from workbench.model.surroundings import moved_along
 from workbench.model.workplace import Workplace
-from workbench.posture.reaching.chains import apply, on_grid
+from workbench.posture.reaching.reach_solver import apply, on_grid
 
 __all__ = [
     "SeatAxes",

@@ -9,25 +9,25 @@ import numpy as np
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.criterion import NO_REASON, Reason
+from workbench.model.joint_angles import motion_of
 from workbench.model.poses import Poses
-from workbench.model.posing import motion_of
 from workbench.model.quaternions import cross, exponential, multiply, swing_twist
 from workbench.model.reach import stop_reason
 from workbench.posture.kernels.driving_legs import FLAT
-from workbench.posture.kernels.sitting import Legs
-from workbench.posture.reaching.chains import (
+from workbench.posture.kernels.seated_posture import Legs
+from workbench.posture.reaching.comfort import comfort_modes
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.reach_solver import (
     AGAIN,
     REACHED,
     TURN_LEVER,
-    Found,
-    Task,
+    LimbTask,
+    ReachSolution,
     cold,
     goals_of,
     limb_task,
     stopped_by,
 )
-from workbench.posture.reaching.comfort import comfort_modes
-from workbench.posture.reaching.limbs import limb
 from workbench.posture.seating.posture import Pedals, pointed_foot
 
 __all__ = [
@@ -50,7 +50,7 @@ OUT_OF_REACH = 1e6
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def foot_tasks(body: Body, poses: Poses, pedals: Pedals, ahead: Floats) -> list[Task]:
+def foot_tasks(body: Body, poses: Poses, pedals: Pedals, ahead: Floats) -> list[LimbTask]:
     """Make a task for each foot: its ball goes to the pedal, its sole lies as with the heel down.
 
     Parameters
@@ -85,7 +85,7 @@ def foot_tasks(body: Body, poses: Poses, pedals: Pedals, ahead: Floats) -> list[
     return tasks
 
 
-def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
+def legs_of(tasks: list[LimbTask], pedals: Pedals) -> Legs:
     """Pack the legs for the kernel, which takes two: a single one is doubled, and counts once."""
     two = (tasks * 2)[:2]
     goal = np.stack(
@@ -106,7 +106,7 @@ def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
     )
 
 
-def comfortable(tasks: list[Task], rotations: Floats) -> Floats:
+def comfortable(tasks: list[LimbTask], rotations: Floats) -> Floats:
     """Put the legs at their comfort modes.
 
     Parameters
@@ -132,7 +132,7 @@ def comfortable(tasks: list[Task], rotations: Floats) -> Floats:
     return turned
 
 
-def _angles(task: Task) -> Floats:
+def _angles(task: LimbTask) -> Floats:
     """(B, K, 3) [rad] the angles of the leg's joints in the poses."""
     axes = task.body.stops.axes[task.joints]
     swing, twist = swing_twist(task.held[:, task.joints], axes[None, :, 2])
@@ -141,7 +141,7 @@ def _angles(task: Task) -> Floats:
 
 
 def first_places(
-    tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats, along: Floats
+    tasks: list[LimbTask], lap: Floats, grid: Floats, ahead: Floats, along: Floats
 ) -> Ints:
     """Guess where on the seat's travel the legs are most comfortable, from triangles in a plane.
 
@@ -170,7 +170,7 @@ def first_places(
     return total.argmin(axis=1)
 
 
-def _planar_discomfort(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> Floats:
+def _planar_discomfort(task: LimbTask, lap: Floats, grid: Floats, ahead: Floats) -> Floats:
     """(B, G) discomfort of a leg that stands in an upright plane, its sole as the goal has it."""
     link = task.link
     ankle, turn = _ankle_of_goal(task, ahead)
@@ -196,7 +196,7 @@ def _planar_discomfort(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> 
     return cost
 
 
-def _ankle_of_goal(task: Task, ahead: Floats) -> tuple[Floats, Floats]:
+def _ankle_of_goal(task: LimbTask, ahead: Floats) -> tuple[Floats, Floats]:
     """Ankles (B, 3) [m] of feet on their pedals, and by how much the feet are tipped up (B,) [rad].
 
     A goal without a direction leaves the foot level.
@@ -223,7 +223,7 @@ def _comfort(body: Body, joint: int, motion: str) -> tuple[float, float]:
     return sign * float(mode[axis]), float(half[axis])
 
 
-def limits_of(task: Task, numbers: Floats) -> tuple[Reason, ...]:
+def limits_of(task: LimbTask, numbers: Floats) -> tuple[Reason, ...]:
     """Tell what limits a foot that misses its pedal, for each person; `NO_REASON` where it does not.
 
     Parameters
@@ -240,7 +240,7 @@ def limits_of(task: Task, numbers: Floats) -> tuple[Reason, ...]:
     """
     reached = numbers[:, 0] <= REACHED
     count = len(numbers)
-    found = Found(
+    found = ReachSolution(
         np.zeros((count, 0, 3)), numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1)
     )
     stop = np.stack(stopped_by(task, found, reached))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from workbench.body.people.share import percent, percent_number
+from workbench.body.people.proportions import percent, percent_number
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import policy, scripts_html, style
@@ -23,11 +23,11 @@ from workbench.files.results.result import dump_json
 from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.model.population import SEXES, person_name
-from workbench.model.result import ChangedPerson, Shown
+from workbench.model.result import ChangedPerson, Illustration
 from workbench.model.units import plain
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.population.charts import change_whisker, changes_axis
-from workbench.report.population.words import (
+from workbench.report.population.sentences import (
     spare_words,
 )
 from workbench.report.section import (
@@ -41,7 +41,6 @@ from workbench.report.tables import csv_text
 from workbench.report.templates import template
 
 __all__ = [
-    "chance_words",
     "change_sentence",
     "changed_picture",
     "comparison_file",
@@ -49,6 +48,7 @@ __all__ = [
     "comparison_page",
     "comparison_tables",
     "difference_words",
+    "format_p_value",
     "person_to_show",
     "worst_missed",
     "write_comparison",
@@ -276,7 +276,7 @@ def _shown(pair: PairedShare, reach: float) -> dict[str, Any]:
         "gained": f"{pair.gainers:,}",
         "lost": f"{pair.losers:,}",
         "difference": difference_words(pair),
-        "chance": chance_words(pair.chance),
+        "chance": format_p_value(pair.chance),
         "chart": Markup(
             change_whisker(pair.low, pair.difference, pair.high, reach=reach, said=said)
         ),
@@ -323,7 +323,7 @@ def changed_picture(found: Comparison, seen: ChangedPerson, packing: Packing) ->
     return f'<p class="soft">{escape(change_sentence(found, seen.row))}</p>\n{place}\n'
 
 
-def _scene(judged: Judged, shown: Shown, name: str, row: int) -> Scene:
+def _scene(judged: Judged, shown: Illustration, name: str, row: int) -> Scene:
     """Somebody in one design, with what is short or to spare where the requirement is."""
     margin = float(judged.margin[row, judged.requirements.index(name)])
     short = not bool(judged.met[row, judged.requirements.index(name)])
@@ -351,7 +351,7 @@ def _signed(share: float, count: int) -> str:
     return text.replace("-", "−") if float(text) <= 0 else f"+{text}"
 
 
-def chance_words(chance: float) -> str:
+def format_p_value(chance: float) -> str:
     """ "0.11", "under 0.001"."""
     return "under 0.001" if chance < 0.001 else f"{chance:.2g}" if chance < 0.995 else "1"
 
@@ -360,14 +360,14 @@ def comparison_headline(found: Comparison) -> str:
     """The whole comparison in two sentences."""
     everybody = found.groups[0]
     count = everybody.count
-    chance = chance_words(everybody.chance)
+    chance = format_p_value(everybody.chance)
     chance = chance.replace("under", "<") if chance.startswith("under") else f"= {chance}"
     shares = f"{percent(everybody.before, count)} of {count:,} people fit before and {percent(everybody.after, count)} after"
     if not everybody.gainers and not everybody.losers:
         return f"{shares}: the same people, nobody gains and nobody loses."
     return (
-        f"{shares}, {difference_words(everybody)}. {_people(everybody.gainers)} gain{_s(everybody.gainers)} and "
-        f"{_people(everybody.losers).lower()} lose{_s(everybody.losers)} "
+        f"{shares}, {difference_words(everybody)}. {_people(everybody.gainers)} gain{_plural(everybody.gainers)} and "
+        f"{_people(everybody.losers).lower()} lose{_plural(everybody.losers)} "
         f"(exact McNemar test: p {chance})."
     )
 
@@ -376,7 +376,7 @@ def _people(count: int) -> str:
     return {0: "Nobody", 1: "One person"}.get(count, f"{count:,} people")
 
 
-def _s(count: int) -> str:
+def _plural(count: int) -> str:
     return "s" if count < 2 else ""
 
 

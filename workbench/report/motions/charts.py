@@ -9,10 +9,10 @@ from html import escape
 import numpy as np
 
 from workbench.model.arrays import Floats
-from workbench.model.motion_case import Meeting
+from workbench.model.motion_case import ContactEvent
 from workbench.model.result import MotionFound
 from workbench.model.units import plain
-from workbench.report.words import milliseconds, proper_minus
+from workbench.report.sentences import milliseconds, proper_minus
 
 __all__ = ["clearance_curves", "curves", "timeline"]
 
@@ -59,17 +59,17 @@ def timeline(result: MotionFound) -> str:
 
 
 def _worst_pairs(
-    meetings: Iterable[Meeting],
-) -> list[tuple[tuple[str, str], list[Meeting]]]:
+    meetings: Iterable[ContactEvent],
+) -> list[tuple[tuple[str, str], list[ContactEvent]]]:
     """The pairs of a segment and what it meets that go deepest, by when they first meet."""
-    rows: dict[tuple[str, str], list[Meeting]] = {}
+    rows: dict[tuple[str, str], list[ContactEvent]] = {}
     for meeting in meetings:
         rows.setdefault((meeting.segment, meeting.other), []).append(meeting)
     deepest = sorted(rows.items(), key=lambda item: -max(m.depth - m.allowed for m in item[1]))
     return sorted(deepest[:_MOST_ROWS], key=lambda item: min(m.enter for m in item[1]))
 
 
-def _bar(axis: _Axis, y: float, meeting: Meeting) -> list[str]:
+def _bar(axis: _Axis, y: float, meeting: ContactEvent) -> list[str]:
     """The bar of a contact in the row at y [pixels], and the mark of its deepest moment."""
     left = axis.x(meeting.enter)
     width = max(axis.x(meeting.leave), left + 2) - left

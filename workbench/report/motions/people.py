@@ -12,14 +12,14 @@ from workbench.body.forward import place
 from workbench.draw.eye_view import eye_point
 from workbench.draw.scene import SceneBody
 from workbench.model.arrays import Floats
+from workbench.model.joint_angles import angles_of, named_angles, poses_at
 from workbench.model.motion_case import MotionCase
-from workbench.model.posing import angles_of, named_angles, poses_at
 from workbench.model.result import MotionFound
 from workbench.model.units import plain
 from workbench.report.joint_angles import angle_rows
 from workbench.report.section import Section
+from workbench.report.sentences import milliseconds
 from workbench.report.templates import template
-from workbench.report.words import milliseconds
 from workbench.sight.eyes import has_eyes
 
 __all__ = ["moving_people"]

@@ -22,10 +22,10 @@ from workbench.draw.section_planes import cut_away
 from workbench.errors import MissingPartError
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import poses_at
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
-from workbench.model.posing import poses_at
-from workbench.report.words import milliseconds
+from workbench.report.sentences import milliseconds
 from workbench.study.crash.belts import with_belts
 
 __all__ = ["FILM_CAPTION", "motion_film", "motion_positions", "motion_scene"]

@@ -18,10 +18,10 @@ from workbench.files.results.motions import (
 from workbench.files.results.result import ResultFile
 from workbench.model.arrays import pieces
 from workbench.model.body import Body
-from workbench.model.motion_case import ForceCurve, Meeting, Signal, StopBreach
+from workbench.model.motion_case import ContactEvent, ForceCurve, Signal, StopBreach
 from workbench.model.result import MotionFound
-from workbench.report.motions.movement import movement_sentences
-from workbench.report.motions.words import breach_sentence, meeting_sentence, pulse_words
+from workbench.report.motions.movement_summary import movement_sentences
+from workbench.report.motions.sentences import breach_sentence, meeting_sentence, pulse_words
 from workbench.report.tables import Table, row_table
 
 __all__ = ["motion_rows", "motion_tables"]
@@ -155,7 +155,7 @@ def _mm(metres: float) -> float:
     return round(1000 * metres, 3) + 0.0
 
 
-def _meeting(m: Meeting) -> MeetingRow:
+def _meeting(m: ContactEvent) -> MeetingRow:
     x, y, z = (_mm(v) for v in m.point)
     return MeetingRow(
         kind="self" if m.own else "environment",

@@ -16,26 +16,26 @@ from workbench.draw.web.snippet import STILL
 from workbench.files.results.motions import MeetingRow, MotionRows
 from workbench.files.results.result import FindingRow, ResultFile
 from workbench.model.arrays import Floats
-from workbench.model.motion_case import Meeting
+from workbench.model.motion_case import ContactEvent
 from workbench.model.result import MotionFound, Result
 from workbench.model.units import plain, tenths
 from workbench.motion.signals import GRAVITY
 from workbench.report.circles import circle_figure
 from workbench.report.motions.charts import clearance_curves, curves, timeline
 from workbench.report.motions.compared import compared_section
-from workbench.report.motions.paired import decisive_time, paired_motions
+from workbench.report.motions.paired_proportions import decisive_time, paired_motions
 from workbench.report.motions.people import moving_people
 from workbench.report.motions.pictures import FILM_CAPTION, motion_positions, motion_scene
-from workbench.report.motions.words import (
+from workbench.report.motions.sentences import (
     agreement_sentence,
     breach_sentence,
     happening,
     meeting_sentence,
 )
 from workbench.report.section import Making, Section, SectionWriter
+from workbench.report.sentences import milliseconds
 from workbench.report.templates import template
 from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
-from workbench.report.words import milliseconds
 from workbench.study.unasked import unasked_meetings
 
 __all__ = ["motion_words", "motions_sections", "unasked_lines"]
@@ -239,7 +239,7 @@ def _story(result: MotionFound, view: int) -> tuple[list[Markup], int]:
     return [place.link(text) for _, _, text, place in ordered], len(told) - len(kept)
 
 
-def _look(view: int, meeting: Meeting) -> Look:
+def _look(view: int, meeting: ContactEvent) -> Look:
     """Where and when a contact is deepest."""
     return look(view, [1000.0 * value for value in meeting.point], 1000.0 * meeting.deepest)
 

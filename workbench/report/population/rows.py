@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.body.people.share import percent, percent_number
+from workbench.body.people.proportions import percent, percent_number
 from workbench.files.results.population import (
     GainRow,
     GroupRow,
@@ -19,14 +19,14 @@ from workbench.files.results.population import (
     PopulationRows,
     RequirementRow,
 )
-from workbench.model.accommodation import Gain, GroupShare, ReachMap
+from workbench.model.accommodation import DesignChange, GroupShare, ReachMap
 from workbench.model.arrays import Floats
 from workbench.model.criterion import NO_REASON
 from workbench.model.population import MASS, SEXES
 from workbench.model.result import PeopleOverlap, PopulationFound
 from workbench.model.study import PeopleDrawn, Study
 from workbench.model.units import plain
-from workbench.report.population.words import (
+from workbench.report.population.sentences import (
     certain_shares,
     dropping_words,
     gain_sentence,
@@ -124,7 +124,7 @@ def _overlap(found: PeopleOverlap) -> OverlapRow:
     )
 
 
-def _gain(gain: Gain) -> GainRow:
+def _gain(gain: DesignChange) -> GainRow:
     rate = gain.margin_rate
     return GainRow(
         words=gain.words,

@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from workbench.body.people.share import TENTHS_FROM, percent, percent_number, percent_parts
+from workbench.body.people.proportions import TENTHS_FROM, percent, percent_number, percent_parts
 from workbench.draw.camera import Camera, project
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
 from workbench.draw.web.views import WebMark, WebView, scene_view
-from workbench.model.accommodation import Gain, GroupShare, ReachMap
+from workbench.model.accommodation import DesignChange, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.body import Body
 from workbench.model.person import Encumbrance
 from workbench.model.population import MASS, SEXES, Population
 from workbench.model.reach import MOST_SPARE
-from workbench.model.result import PopulationFound, Shown, TriedChange
+from workbench.model.result import Illustration, PopulationFound, TriedChange
 from workbench.model.units import UNITS, plain
 from workbench.posture.seating.seating import middle
 from workbench.report.circles import circle_figure
@@ -34,7 +34,7 @@ from workbench.report.population.charts import (
     share_axis,
     whisker,
 )
-from workbench.report.population.words import (
+from workbench.report.population.sentences import (
     adjusted_words,
     certain_shares,
     certainty_percents,
@@ -52,10 +52,10 @@ from workbench.report.population.words import (
     who_words,
 )
 from workbench.report.section import Making, Section, SectionWriter
+from workbench.report.sentences import HALF_MILLIMETRE, millimetres
 from workbench.report.sight import Beheld, Glimpse, sight_sections
 from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import PageViews, still_picture
-from workbench.report.words import HALF_MILLIMETRE, millimetres
 from workbench.study.checks.view import TOO_HIGH
 
 __all__ = ["population_sections", "population_words"]
@@ -112,7 +112,7 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
     ]
 
 
-def _beheld(result: PopulationFound, one: Shown) -> Beheld:
+def _beheld(result: PopulationFound, one: Illustration) -> Beheld:
     """Somebody as found."""
     role = result.place.role
     scene = Scene((SceneBody(one.placed, holds=one.environment),), one.environment)
@@ -481,12 +481,12 @@ def _range(low: float, high: float) -> str:
     return f"{low:,.0f} to {high:,.0f}" if f"{low:.0f}" != f"{high:.0f}" else f"{low:,.0f}"
 
 
-def _joint_gain(gain: Gain) -> float:
+def _joint_gain(gain: DesignChange) -> float:
     """The share more that meets all requirements."""
     return gain.joint_after - gain.joint_before
 
 
-def _gain(gain: Gain, result: PopulationFound) -> dict[str, Any]:
+def _gain(gain: DesignChange, result: PopulationFound) -> dict[str, Any]:
     """One change as a sentence, with what a millimetre of it gives at first where that says
     something: what is seen jumps."""
     count = len(result.met)
@@ -511,7 +511,9 @@ def _person(result: PopulationFound, row: int, views: PageViews) -> dict[str, An
     return {"sentence": person_sentence(result, row), **picture}
 
 
-def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[str, Markup | str]:
+def _picture(
+    result: PopulationFound, found: Illustration, views: PageViews
+) -> dict[str, Markup | str]:
     """The body in the cockpit as found, from where the line of what is lacking shows longest."""
     lack = lack_words(result, found.row, found.requirement)
     name = plain(result.requirements[found.requirement].name)
@@ -538,7 +540,7 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     return {"turnable": place, "circles": drawn}
 
 
-def _scene(found: Shown, mark: WebMark | None, name: str, label: str) -> Scene:
+def _scene(found: Illustration, mark: WebMark | None, name: str, label: str) -> Scene:
     """The body in the cockpit as found, with a mark."""
     scene = Scene(
         (SceneBody(found.placed, 0, "warm", found.environment),), found.environment, (), name, label
@@ -590,7 +592,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
     )
 
 
-def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None:
+def _lacking(result: PopulationFound, found: Illustration, lack: str) -> WebMark | None:
     """What is lacking as a line to scale, or as a point where no line would be; None where there is
     nothing to point at.
 
@@ -628,7 +630,7 @@ def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None
     return WebMark(found.target, f"{lack} lacking", failing=True)
 
 
-def _tightest(result: PopulationFound, found: Shown, left: str) -> WebMark | None:
+def _tightest(result: PopulationFound, found: Illustration, left: str) -> WebMark | None:
     """What is met with least to spare, at the place where that is so; None where there is nothing to
     point at."""
     if found.target is None:
@@ -641,7 +643,7 @@ def _tightest(result: PopulationFound, found: Shown, left: str) -> WebMark | Non
     )
 
 
-def _gap_mark(result: PopulationFound, found: Shown, why: str, *, failing: bool) -> WebMark:
+def _gap_mark(result: PopulationFound, found: Illustration, why: str, *, failing: bool) -> WebMark:
     """The line from the surface of the body to what is nearest, or the point where it is in that, with
     the distance, what is asked and what that comes to."""
     target, tip = np.array(found.target), np.array(found.tip)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.model.posing import angles_of
+from workbench.model.joint_angles import angles_of
 from workbench.model.result import PersonFound
 from workbench.model.units import plain
 

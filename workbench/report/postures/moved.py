@@ -11,8 +11,8 @@ from workbench.model.units import plain
 from workbench.report.postures.section import case_states
 from workbench.report.result_rows import verdict_row
 from workbench.report.section import Making, Section
+from workbench.report.sentences import moved_line
 from workbench.report.side_by_side import side_by_side
-from workbench.report.words import moved_line
 from workbench.study.run import unmoved_postures
 
 __all__ = ["moved_sections"]

@@ -20,14 +20,14 @@ from workbench.model.body import DIRECTIONS, Body
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import short_words
 from workbench.model.environment import Environment
+from workbench.model.joint_angles import angles_of, named_angles
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of, named_angles
 from workbench.model.quaternions import from_matrices
 from workbench.model.reach import DOUBTS
 from workbench.model.result import ControlReach, PersonFound, PosturesFound
 from workbench.report.postures.envelopes import envelope_rows, envelope_tables
+from workbench.report.sentences import contact_sentence, person_words
 from workbench.report.tables import Table, micro, row_table
-from workbench.report.words import contact_sentence, person_words
 
 __all__ = [
     "Held",

@@ -29,16 +29,16 @@ from workbench.report.postures.held import posture_words
 from workbench.report.postures.people import people_sections
 from workbench.report.postures.rows import doubt_sentence
 from workbench.report.section import Making, Section, SectionWriter
-from workbench.report.sight import Beheld, Glimpse, sight_sections
-from workbench.report.states import TwoStates, two_states
-from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
-from workbench.report.words import (
+from workbench.report.sentences import (
     contact_sentence,
     finding_sentence,
     millimetres,
     reach_spare,
     without_polygons,
 )
+from workbench.report.sight import Beheld, Glimpse, sight_sections
+from workbench.report.states import TwoStates, two_states
+from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
 from workbench.study.unasked import unasked_overlaps
 
 __all__ = ["case_states", "overlap_lines", "postures_sections"]

@@ -15,7 +15,7 @@ import math
 from typing import NamedTuple
 
 from workbench.compiled import batch_loop, inlined
-from workbench.geometry.polygon import point_winding
+from workbench.geometry.polygon import winding_number
 from workbench.geometry.vectors import cross, dot, norm, subtract, vector
 from workbench.model.arrays import Bools, Floats, Ints
 
@@ -174,5 +174,5 @@ def enclosing(eyes: Floats, blockers: Blockers, found: Ints) -> None:
             x, y, z = eye
             begun = blockers.start[item]
             ended = blockers.start[item + 1]
-            if abs(point_winding(x, y, z, blockers.corners, begun, ended)) > 0.5:
+            if abs(winding_number(x, y, z, blockers.corners, begun, ended)) > 0.5:
                 found[b] = item

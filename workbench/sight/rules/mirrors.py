@@ -21,7 +21,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.geometry.polygon import inside_loops
 from workbench.model.arguments import check_index
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, read_only
 from workbench.model.environment import Environment, Mirror
 from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
@@ -99,7 +99,7 @@ def glass_of(environment: Environment, mirror: Mirror, *, eye: Floats | None = N
             f"({', '.join(f'{n:.3g}' for n in normal)}); state 'face' or another part"
         )
     if mirror.aims is not None and eye is not None:
-        at_eye = frozen(eye, np.float64, (3,), f"mirror {mirror.name}: eye")
+        at_eye = read_only(eye, np.float64, (3,), f"mirror {mirror.name}: eye")
         if not np.isfinite(at_eye).all():
             raise InputError(f"mirror {mirror.name}: expected a finite eye, got {at_eye.tolist()}")
         aimed = aimed_normal(at_eye, at, np.array(mirror.aims) - at)
@@ -289,7 +289,7 @@ def mirror_field(
         Who of them, and whose scenery. An eye behind the mirror sees nothing in it, and is told.
     """
     row = check_index("row", row, len(eyes))
-    points = frozen(points, np.float64, (None, 3), f"mirror {glass.name}: points")
+    points = read_only(points, np.float64, (None, 3), f"mirror {glass.name}: points")
     if not len(points) or not np.isfinite(points).all():
         raise InputError(f"mirror {glass.name}: expected finite points, one at least")
     clear = looked_through(scenery.of_row(row), [item])

@@ -18,34 +18,43 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import NO_REASON, Reason
 from workbench.model.population import Population
-from workbench.model.result import GripFinding, PopulationFound, Shown
+from workbench.model.result import GripFinding, Illustration, PopulationFound
 from workbench.model.study import Role, Study
 from workbench.model.units import plain
 from workbench.model.workplace import Workplace
-from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
+from workbench.study.accommodation.checkpoints import (
+    Chunk,
+    PopulationQuestion,
+    joined_chunks,
+    result_chunks,
+)
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
-from workbench.study.accommodation.hardest import (
-    Places,
-    beheld_people,
-    found_situations,
-    hardest_rows,
-    shown_people,
+from workbench.study.accommodation.limiting_dimensions import (
+    limiting_measures,
+    odd_people,
+    relevant_measures,
 )
-from workbench.study.accommodation.limiting import bearing_on, limiting_measures, odd_people
 from workbench.study.accommodation.overlaps import Overlaps, overlap_warnings, summed_overlaps
-from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import (
     PopulationBodies,
     fit_population,
 )
 from workbench.study.accommodation.proposals import kept_by_ends
+from workbench.study.accommodation.reach_maps import people_maps
 from workbench.study.accommodation.shares import (
     group_shares,
     missed_only,
     share_single,
     share_without,
     spread_of,
+)
+from workbench.study.accommodation.worst_cases import (
+    Places,
+    beheld_people,
+    found_situations,
+    hardest_rows,
+    shown_people,
 )
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.score import assumed_words
@@ -58,7 +67,7 @@ from workbench.study.positions import SAME_SETTING
 from workbench.study.requirements import asked_of, sets_of
 from workbench.study.settings import nominal_setting
 from workbench.study.warnings import (
-    buried_controls,
+    controls_inside_solids,
     enclosure_warnings,
     lost_seats,
     seat_warnings,
@@ -179,7 +188,7 @@ def accommodation(
     )
 
 
-def population_question(study: Study, beside: Present | None = None) -> Question:
+def population_question(study: Study, beside: Present | None = None) -> PopulationQuestion:
     """What is asked of everybody who takes the role of a population.
 
     Raises
@@ -193,7 +202,9 @@ def population_question(study: Study, beside: Present | None = None) -> Question
     asked = asked_of(place)
     if not asked:
         raise InputError(f"{study.name}: no criterion asks for anything")
-    return Question(place, asked, sets_of(asked, study.share_criteria), population_of(role))
+    return PopulationQuestion(
+        place, asked, sets_of(asked, study.share_criteria), population_of(role)
+    )
 
 
 def body_of_person(study: Study, row: int) -> Body:
@@ -218,7 +229,7 @@ def _bodies_of_person(study: Study, row: int) -> PopulationBodies:
     return fit_population(body, people.rows(np.array([row])), role.clothes, sits=sits)
 
 
-def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | None:
+def person_shown(found: PopulationFound, row: int, requirement: str) -> Illustration | None:
     """Return one person as found at a requirement, to be drawn.
 
     Parameters
@@ -243,7 +254,7 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
     return person_again(found.study, row, places, column)
 
 
-def person_again(study: Study, row: int, places: Places, requirement: int) -> Shown:
+def person_again(study: Study, row: int, places: Places, requirement: int) -> Illustration:
     """Return one person of a study's population as found at a requirement, from where that was.
 
     Parameters
@@ -291,7 +302,7 @@ def _shares(study: Study, people: Population, found: Chunk) -> tuple[GroupShare,
     )
 
 
-def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
+def _limiting(question: PopulationQuestion, body: Body, found: Chunk) -> tuple[str, ...]:
     """For everybody left out the measure that is oddest of those that bear on what is missed by
     most."""
     worst = np.nan_to_num(found.margin, nan=np.inf)
@@ -303,7 +314,7 @@ def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
     ]
     sits = question.place.seat is not None
     bearing = [
-        bearing_on(question.asked[int(r)], why, body, sits=sits)
+        relevant_measures(question.asked[int(r)], why, body, sits=sits)
         for r, why in zip(at, words, strict=True)
     ]
     people = question.people
@@ -314,7 +325,7 @@ def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
 
 
 def _warnings(
-    question: Question,
+    question: PopulationQuestion,
     body: Body,
     bodies: PopulationBodies,
     found: Chunk,
@@ -347,8 +358,8 @@ def _warnings(
         *piece_warnings([(body.name, body)]),
         *odd_people(question.people),
         *_inexact(bodies),
-        *_hopeless(question.asked, found.margin, told, reasons=limits, where=where),
-        *buried_controls(question.place.environment),
+        *_unmet_requirements(question.asked, found.margin, told, reasons=limits, where=where),
+        *controls_inside_solids(question.place.environment),
     )
 
 
@@ -388,7 +399,11 @@ def _inexact(bodies: PopulationBodies) -> list[str]:
 
 
 def _around(
-    role: Role, question: Question, bodies: PopulationBodies, found: Chunk, hardest: tuple[int, ...]
+    role: Role,
+    question: PopulationQuestion,
+    bodies: PopulationBodies,
+    found: Chunk,
+    hardest: tuple[int, ...],
 ) -> list[str]:
     """Report open parts that enclose the hardest person, or the first, where this one is, and that
     the planes of the seat are not where its parts are."""
@@ -408,7 +423,7 @@ def _around(
     ]
 
 
-def _hopeless(
+def _unmet_requirements(
     asked: tuple[Asked, ...],
     margin: Floats,
     told: Container[str] = (),

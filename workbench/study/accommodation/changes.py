@@ -18,7 +18,7 @@ from workbench.model.units import plain
 from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked
 
-__all__ = ["borne_by", "changed", "enters", "enters_words", "moved_parts"]
+__all__ = ["affected_requirements", "changed", "enters", "enters_words", "moved_parts"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ def moved_parts(change: Change) -> set[str]:
     return {name for move in change.moves for name in move.parts}
 
 
-def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[int]:
+def affected_requirements(place: Workplace, asked: Sequence[Asked], change: Change) -> list[int]:
     """The numbers of the requirements that a change bears on: of controls with nothing but their own
     parts the reaches of these, what is asked about the parts and what is seen; all of them where the sitters hold
     one of the controls, or anything else is moved."""

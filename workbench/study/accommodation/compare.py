@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.body.people.share import paired_share
+from workbench.body.people.proportions import paired_share
 from workbench.errors import InputError
 from workbench.files.results.result import ResultFile
 from workbench.model.arrays import Bools
@@ -19,12 +19,12 @@ from workbench.model.units import unit_in
 from workbench.study.accommodation.design import changed_words, design_of
 from workbench.study.run import people_hash
 
-__all__ = ["compare", "judged", "judged_file"]
+__all__ = ["compare", "evaluate_people", "judged_file"]
 
 _GROUPS = {"male": "men", "female": "women"}
 
 
-def judged(result: Result) -> Judged:
+def evaluate_people(result: Result) -> Judged:
     """The population of a result as it is compared. InputError where there is none."""
     found = result.population
     if found is None:
@@ -75,8 +75,8 @@ def judged_file(rows: ResultFile) -> Judged:
 def compare(before: Judged | Result, after: Judged | Result) -> Comparison:
     """What the second design changes for the people of the first. InputError where they are not the
     same people, or the two have no requirement in common."""
-    one = judged(before) if isinstance(before, Result) else before
-    two = judged(after) if isinstance(after, Result) else after
+    one = evaluate_people(before) if isinstance(before, Result) else before
+    two = evaluate_people(after) if isinstance(after, Result) else after
     _check_people(one, two)
     shared = [name for name in one.requirements if name in two.requirements]
     if not shared:

@@ -29,29 +29,34 @@ from workbench.body.forward import place as place_body
 from workbench.body.scaling.scale import morph_to
 from workbench.contact.collide import contacts
 from workbench.errors import InputError, UsageError, one_of
-from workbench.geometry.polygon import point_winding
+from workbench.geometry.polygon import winding_number
 from workbench.model.accommodation import SHARE_TOLERANCE, met_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.control_region import ControlRegion
 from workbench.model.environment import Control, Environment
+from workbench.model.joint_angles import join_poses
 from workbench.model.poses import Poses
-from workbench.model.posing import join_poses
 from workbench.model.study import Study
 from workbench.model.surroundings import moved_along, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import FEET, HANDS, limbs_there
 from workbench.posture.seating.seating import leftward, seat_planes
 from workbench.study.accommodation.accommodation import population_question
-from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
-from workbench.study.accommodation.hardest import found_situations
+from workbench.study.accommodation.checkpoints import (
+    Chunk,
+    PopulationQuestion,
+    joined_chunks,
+    result_chunks,
+)
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
 from workbench.study.accommodation.shares import share_single
+from workbench.study.accommodation.worst_cases import found_situations
 from workbench.study.checks.reach import limbs_asked
 from workbench.study.executors import Shared, completed
 from workbench.study.passes import ASKING, BODIES, Passes
 from workbench.study.people import Present
-from workbench.study.reach_map import COARSE, ReachObstacles, from_coarse_to_fine, who_reaches
+from workbench.study.reach_map import COARSE, ReachObstacles, farthest_point_order, who_reaches
 from workbench.study.situation import without_parts
 
 __all__ = ["MOST_WITHIN", "SPACING", "WITHIN", "check_region", "control_region"]
@@ -311,7 +316,7 @@ def check_region(
         )
 
 
-def _as_asked(question: Question, name: str) -> tuple[_Asked, int]:
+def _as_asked(question: PopulationQuestion, name: str) -> tuple[_Asked, int]:
     """How the first criterion asks for a control, and in which case; in its own zone, in
     the first case, where none does."""
     place = question.place
@@ -336,7 +341,9 @@ def _as_asked(question: Question, name: str) -> tuple[_Asked, int]:
     return asked, case
 
 
-def _sitting(question: Question, bodies: PopulationBodies, found: Chunk, case: int) -> _Sitting:
+def _sitting(
+    question: PopulationQuestion, bodies: PopulationBodies, found: Chunk, case: int
+) -> _Sitting:
     """Everybody in a case where they do everything that is asked."""
     everybody = np.arange(len(bodies))
     groups = list(found_situations(question, bodies, everybody, found))
@@ -373,7 +380,7 @@ def _depths(people: _Sitting, environment: Environment) -> Floats:
     return excess
 
 
-def _by_stature(question: Question) -> Ints:
+def _by_stature(question: PopulationQuestion) -> Ints:
     """(B,) the numbers of the people, the smallest first; as they are where that is not known."""
     people = question.people
     if "stature" not in people.names:
@@ -392,13 +399,13 @@ def _places(
     behind = np.asarray(hidden.all(axis=0))
     hidden |= inside >= 0
     kept = np.asarray((np.linalg.norm(offset, axis=1) < 1e-9) | whole)
-    places = _Places(points, from_coarse_to_fine(points), hidden, kept, coarse)
+    places = _Places(points, farthest_point_order(points), hidden, kept, coarse)
     free = _reached(search, places, obstacles=False)
     share = search.weight @ free / search.weight.sum()
     clear = np.full(len(points), np.nan)
     some = np.flatnonzero((share >= search.wanted - SHARE_TOLERANCE) | kept)
     if len(some):
-        order = from_coarse_to_fine(points[some])
+        order = farthest_point_order(points[some])
         places = _Places(points[some], order, ~free[:, some], kept[some], coarse)
         reached = _reached(search, places, obstacles=True)
         clear[some] = search.weight @ reached / search.weight.sum()
@@ -460,7 +467,7 @@ def _inside(asked: _Asked, points: Floats) -> Ints:
         high = corners.max(axis=(0, 1))
         near = (points >= low).all(axis=1) & (points <= high).all(axis=1) & (found < 0)
         for k in np.flatnonzero(near).tolist():
-            if abs(point_winding(*points[k].tolist(), corners, 0, len(corners))) > 0.5:
+            if abs(winding_number(*points[k].tolist(), corners, 0, len(corners))) > 0.5:
                 found[k] = number
     return found
 

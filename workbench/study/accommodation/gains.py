@@ -10,23 +10,28 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.model.accommodation import MET, Change, Gain, met_of
+from workbench.model.accommodation import MET, Change, DesignChange, met_of
 from workbench.model.arrays import Bools, Floats
 from workbench.model.criterion import NO_REASON
 from workbench.model.result import ChangedPerson, TriedChange
 from workbench.model.surroundings import moved_controls
 from workbench.study.accommodation.changes import (
-    borne_by,
+    affected_requirements,
     changed,
     enters,
     enters_words,
     moved_parts,
 )
-from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
-from workbench.study.accommodation.hardest import found_situations, shown_people
+from workbench.study.accommodation.checkpoints import (
+    Chunk,
+    PopulationQuestion,
+    joined_chunks,
+    result_chunks,
+)
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.proposals import growth, proposals
 from workbench.study.accommodation.shares import share_single
+from workbench.study.accommodation.worst_cases import found_situations, shown_people
 from workbench.study.checks.table import most_of
 from workbench.study.passes import CHANGE, Passes
 from workbench.study.positions import WITHIN_NEIGHBOURS, Before
@@ -57,7 +62,7 @@ class Gains:
 
 
 def gains_of(
-    question: Question,
+    question: PopulationQuestion,
     changes: Sequence[Change],
     bodies: PopulationBodies,
     found: Chunk,
@@ -69,10 +74,10 @@ def gains_of(
     """The gains of changes that are asked for, or else of proposals that let more people meet
     everything; where nobody does without and with them, that let more meet what they are proposed for."""
 
-    def tried(change: Change, at: int | None, other: Question, limit: str) -> TriedChange:
+    def tried(change: Change, at: int | None, other: PopulationQuestion, limit: str) -> TriedChange:
         tell = passes.begin(CHANGE, f"trying {change.words}")
         then = joined_chunks(result_chunks(other, bodies, keep=keep, tell=tell, executor=executor))
-        rows = borne_by(question.place, question.asked, change) if at is None else at
+        rows = affected_requirements(question.place, question.asked, change) if at is None else at
         gain = replace(_compared(question, found, then.margin, change, rows), limit=limit)
         both = ((question, found), (other, then))
         return _with_person(gain, both, bodies)
@@ -105,7 +110,11 @@ def gains_of(
 
 
 def _holds(
-    question: Question, other: Question, bodies: PopulationBodies, found: Chunk, served: Bools
+    question: PopulationQuestion,
+    other: PopulationQuestion,
+    bodies: PopulationBodies,
+    found: Chunk,
+    served: Bools,
 ) -> bool:
     """Whether a change may gain something, as far as those say who should meet everything with it
     (P,): asked is a sample of them, where they sit and with their hands at rest, how much they have to
@@ -126,11 +135,13 @@ def _holds(
     return bool(left >= weight @ met_of(found.margin).all(axis=1) / 2)
 
 
-def changed_question(question: Question, found: Chunk, change: Change) -> Question:
+def changed_question(
+    question: PopulationQuestion, found: Chunk, change: Change
+) -> PopulationQuestion:
     """What is asked of everybody with a change made."""
     asked = question.asked
     still = replace(change, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
-    rows = borne_by(question.place, asked, still)
+    rows = affected_requirements(question.place, asked, still)
     place = changed(question.place, change)
     return replace(
         question,
@@ -143,7 +154,7 @@ def changed_question(question: Question, found: Chunk, change: Change) -> Questi
 
 
 def _with_person(
-    gain: Gain, both: Sequence[tuple[Question, Chunk]], bodies: PopulationBodies
+    gain: DesignChange, both: Sequence[tuple[PopulationQuestion, Chunk]], bodies: PopulationBodies
 ) -> TriedChange:
     """A gain with the person who lacked most of its requirement of those who meet everything by the
     change; of those who meet the requirement by it where nobody meets everything.
@@ -167,8 +178,8 @@ def _with_person(
 
 
 def _compared(
-    question: Question, found: Chunk, margin: Floats, change: Change, at: int | list[int]
-) -> Gain:
+    question: PopulationQuestion, found: Chunk, margin: Floats, change: Change, at: int | list[int]
+) -> DesignChange:
     """The gain from the margins found to those with a change.
 
     at: the requirement that it is reported of, or several, of which the share changes most.
@@ -182,7 +193,7 @@ def _compared(
     grows = growth(question, found, change, r)
     if question.asked[r].requirement.of_sight and not grows.any() and change.size:
         grows = np.nan_to_num(margin[:, r] - found.margin[:, r]) / change.size
-    return Gain(
+    return DesignChange(
         words=change.words,
         requirement=question.asked[r].requirement.name,
         move=change.size,
@@ -195,7 +206,9 @@ def _compared(
     )
 
 
-def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int]) -> Before:
+def _before(
+    question: PopulationQuestion, found: Chunk, change: Change, rows: Sequence[int]
+) -> Before:
     """How people came out without a change that bears on these requirements.
 
     Who fits with a shorter travel of the seat fits with a longer one.
@@ -225,7 +238,9 @@ def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int
     )
 
 
-def _left_as_they_are(question: Question, change: Change) -> tuple[Floats, frozenset[str]] | None:
+def _left_as_they_are(
+    question: PopulationQuestion, change: Change
+) -> tuple[Floats, frozenset[str]] | None:
     """(R,) [m] by how much a change lets the margin of each requirement grow at most in a position of
     the seat, and the parts of which a reach may be kept no more. None where hands or feet hold one
     of the controls that are moved: that may change everything.

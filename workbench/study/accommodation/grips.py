@@ -15,7 +15,7 @@ from workbench.geometry.surfaces import come_near
 from workbench.model.accommodation import met_of
 from workbench.model.environment import Control, Environment
 from workbench.model.result import GripFinding
-from workbench.study.accommodation.chunks import Chunk, Question
+from workbench.study.accommodation.checkpoints import Chunk, PopulationQuestion
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.checks.margins import Asked
 from workbench.study.positions import comfortable_situations, tried
@@ -41,7 +41,7 @@ _WORDS = {"grasp": ("grasps", "grasp"), "pinch": ("pinches", "pinch"), "push": (
 
 
 def grip_findings(
-    question: Question, bodies: PopulationBodies, found: Chunk
+    question: PopulationQuestion, bodies: PopulationBodies, found: Chunk
 ) -> Iterator[GripFinding]:
     """Find the flat controls that almost nobody reaches with the grip that is asked for, and that
     most reach with another one."""
@@ -72,7 +72,7 @@ def grip_findings(
 
 
 def _shares(
-    question: Question, bodies: PopulationBodies, rows: np.ndarray, asked: Sequence[Asked]
+    question: PopulationQuestion, bodies: PopulationBodies, rows: np.ndarray, asked: Sequence[Asked]
 ) -> list[float]:
     """The share of people (rows) who meet each requirement where they sit most comfortably."""
     who = Occupants(bodies[rows], question.people, rows)

@@ -35,8 +35,8 @@ from workbench.posture.seating.seat import SeatMemory
 from workbench.study.executors import Shared, completed, worked
 from workbench.study.passes import Count
 from workbench.study.persons import APART
-from workbench.study.situation import Taken
-from workbench.threads import cores
+from workbench.study.situation import TakenPlaces
+from workbench.threads import available_cores
 
 __all__ = [
     "CHUNK_SIZE",
@@ -139,7 +139,7 @@ class PopulationBodies:
     """FITTED_FIELDS (B, ...) of the bare bodies."""
     notes: tuple[str, ...]
     """(B,) why a body does not show all measures exactly, "" where it does."""
-    seats: dict[tuple[bytes, int, int], tuple[Taken, ...]] = field(default_factory=dict)
+    seats: dict[tuple[bytes, int, int], tuple[TakenPlaces, ...]] = field(default_factory=dict)
     """The places that the people of a chunk take in each case, by the key of what decides them and
     the chunk's first and last rows; filled as chunks are worked on."""
     held: dict[int, SeatMemory] = field(default_factory=dict)
@@ -186,7 +186,7 @@ class PopulationBodies:
     def chunks(self) -> list[slice]:
         """People that are worked on together. The more they are the less each of them costs: each
         core gets one chunk, if that is not too large. No number depends on it."""
-        pieces = max(FEWEST_CHUNKS, cores())
+        pieces = max(FEWEST_CHUNKS, available_cores())
         size = max(LEAST_CHUNK, -(-len(self) // pieces))
         size = min(size, CHUNK_SIZE * MAX_CHUNKS_TOGETHER)
         return [slice(first, min(first + size, len(self))) for first in range(0, len(self), size)]

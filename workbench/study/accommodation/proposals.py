@@ -29,7 +29,7 @@ from workbench.model.surroundings import Move, moved_controls, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.seating import leftward
 from workbench.study.accommodation.changes import enters, enters_words
-from workbench.study.accommodation.chunks import Chunk, Question
+from workbench.study.accommodation.checkpoints import Chunk, PopulationQuestion
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.shares import share_single, share_without
 from workbench.study.accommodation.sight_moves import SightMoves
@@ -133,7 +133,9 @@ class Proposal:
     limit: str
 
 
-def proposals(question: Question, bodies: PopulationBodies, found: Chunk) -> Iterator[Proposal]:
+def proposals(
+    question: PopulationQuestion, bodies: PopulationBodies, found: Chunk
+) -> Iterator[Proposal]:
     """Changes that let more people meet everything, as far as the margins say: first those that let
     most people meet everything."""
     met = met_of(found.margin)
@@ -163,7 +165,7 @@ def proposals(question: Question, bodies: PopulationBodies, found: Chunk) -> Ite
     yield from sorted(once.values(), key=lambda one: -one.share)
 
 
-def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
+def growth(question: PopulationQuestion, found: Chunk, change: Change, r: int) -> Floats:
     """(P,) by how much each person's margin of the requirement r grows with a metre of a change: for
     a start, and as long as nothing else gets in the way."""
     total = np.zeros(len(found.margin))
@@ -179,7 +181,7 @@ def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
     return total / change.size
 
 
-def _rows(question: Question, move: Move) -> tuple[int, ...]:
+def _rows(question: PopulationQuestion, move: Move) -> tuple[int, ...]:
     """The requirements whose margins a move changes as `toward` says: reaches of what is moved, and
     what is asked about nothing but parts that are moved."""
     controls = set(moved_controls(question.place.environment, [move]))
@@ -210,7 +212,7 @@ def _scaled(ends: tuple[float, float], amount: float) -> tuple[float, float]:
     return ends[0] * amount, ends[1] * amount
 
 
-def _moved_ways(question: Question, found: Chunk, r: int) -> list[_Way]:
+def _moved_ways(question: PopulationQuestion, found: Chunk, r: int) -> list[_Way]:
     """The straight ways of the control or the parts that a requirement is about; none where it is
     about neither."""
     one = question.asked[r]
@@ -240,7 +242,9 @@ def _moved_ways(question: Question, found: Chunk, r: int) -> list[_Way]:
     ]
 
 
-def _sight_ways(question: Question, moves: SightMoves, found: Chunk) -> Iterator[list[_Way]]:
+def _sight_ways(
+    question: PopulationQuestion, moves: SightMoves, found: Chunk
+) -> Iterator[list[_Way]]:
     """The straight ways of what hides things from people, of what they look at, and of the seat beyond
     each end of its travel, as far as somebody sees by them what he missed."""
     rows = tuple(range(found.margin.shape[1]))
@@ -297,7 +301,7 @@ def _axes(place: Workplace) -> dict[str, Floats]:
     }
 
 
-def _seat_ways(question: Question, found: Chunk) -> list[_Way]:
+def _seat_ways(question: PopulationQuestion, found: Chunk) -> list[_Way]:
     """Going on beyond each end of the travel of the sitters' own seat, or of the area to step in; none
     where nobody is there who would gain by it."""
     if not question.place.goes:
@@ -333,7 +337,7 @@ def _at_end(place: Workplace, positions: Floats, travel: str, outward: int) -> B
     return np.asarray(there & (np.abs(positions[:, axis] - ends[int(outward > 0)]) < STEP))
 
 
-def kept_by_ends(question: Question, found: Chunk) -> dict[str, Bools]:
+def kept_by_ends(question: PopulationQuestion, found: Chunk) -> dict[str, Bools]:
     """Who (P,) of those left out stands at an end of the area to step in, beyond which the worst missed
     requirement would be missed by less, by what the end is called; nobody where nobody steps."""
     at = np.nan_to_num(found.margin, nan=np.inf).argmin(axis=1)[:, None]
@@ -347,7 +351,7 @@ def kept_by_ends(question: Question, found: Chunk) -> dict[str, Bools]:
     return kept
 
 
-def _seat_slope(question: Question, found: Chunk, travel: str, outward: int) -> Floats:
+def _seat_slope(question: PopulationQuestion, found: Chunk, travel: str, outward: int) -> Floats:
     """(P, R) by how much the margins of those who sit at an end of the seat's travel grow with a
     metre beyond it: 0 of everybody else, and of what is not known."""
     place = question.place

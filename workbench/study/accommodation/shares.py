@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.body.people.percentile import quantiles
-from workbench.body.people.share import bootstrap_share, share_of
+from workbench.body.people.proportions import bootstrap_share, proportion_interval
 from workbench.model.accommodation import (
     SHARE_TOLERANCE,
     Certainty,
@@ -107,7 +107,7 @@ def _share(
             confidence=confidence,
         )
     else:
-        found = share_of(served, weight=weight, confidence=confidence)
+        found = proportion_interval(served, weight=weight, confidence=confidence)
     return GroupShare(group, found.share, found.low, found.high, found.count)
 
 

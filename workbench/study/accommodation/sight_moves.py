@@ -19,9 +19,9 @@ from workbench.model.accommodation import MET, Change
 from workbench.model.arrays import Floats, Ints
 from workbench.model.surroundings import Move, parts_along
 from workbench.study.accommodation.changes import changed
-from workbench.study.accommodation.chunks import Chunk, Question
-from workbench.study.accommodation.hardest import Found, found_situations
+from workbench.study.accommodation.checkpoints import Chunk, PopulationQuestion
 from workbench.study.accommodation.population_bodies import PopulationBodies
+from workbench.study.accommodation.worst_cases import Found, found_situations
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.table import CHECKS
 from workbench.study.positions import in_positions
@@ -50,7 +50,9 @@ class SightMoves:
     columns: the requirements of what is seen that no gradient is known of; people: their rows.
     """
 
-    def __init__(self, question: Question, bodies: PopulationBodies, found: Chunk) -> None:
+    def __init__(
+        self, question: PopulationQuestion, bodies: PopulationBodies, found: Chunk
+    ) -> None:
         self.question = question
         self.bodies = bodies
         self.found = found
@@ -159,7 +161,7 @@ class SightMoves:
 
 
 def _looked_at(
-    question: Question, one: Asked
+    question: PopulationQuestion, one: Asked
 ) -> tuple[str, tuple[str, ...], tuple[str, ...]] | None:
     """The name of what is looked at, or of a pillar, and its parts, or the control that goes without
     its part; None of what is no thing."""

@@ -32,7 +32,7 @@ from workbench.study.bench.placing import PlacedPerson, Placement
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, given_angles
 from workbench.study.people import Present, people_found, present_people
 
-__all__ = ["TOUCHES", "Answer", "Judged", "PersonAnswer", "answer", "judged", "near_pairs"]
+__all__ = ["TOUCHES", "Answer", "BenchEvaluation", "PersonAnswer", "answer", "judged", "near_pairs"]
 
 TOUCHES = 1e-6
 """[m] Spheres that overlap by less only touch."""
@@ -87,7 +87,7 @@ class Answer:
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class BenchEvaluation:
     """What a run finds of a state, and where its people are."""
 
     arrangement: Arrangement
@@ -183,8 +183,8 @@ def near_pairs(found: Answer, most: int = MOST_NEAR) -> list[NearPair]:
     return sorted(rows, key=lambda pair: pair.room)[:most]
 
 
-def judged(opened: OpenStudy, arrangement: Arrangement) -> Judged:
+def judged(opened: OpenStudy, arrangement: Arrangement) -> BenchEvaluation:
     """Judge a state as a run of its study does, in all cases."""
     study = arranged_study(opened, arrangement)
     there = present_people(study, arrangement.occupants)
-    return Judged(arrangement, there, people_found(study, there))
+    return BenchEvaluation(arrangement, there, people_found(study, there))

@@ -20,7 +20,7 @@ from workbench.model.poses import Poses
 from workbench.model.surroundings import control_moves, part_moves
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.accommodation import population_question
-from workbench.study.accommodation.chunks import Question
+from workbench.study.accommodation.checkpoints import PopulationQuestion
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
 from workbench.study.bench.state import (
     Arrangement,
@@ -33,7 +33,7 @@ from workbench.study.passes import BODIES, Passes
 from workbench.study.people import present_people
 from workbench.study.positions import (
     Before,
-    Fitted,
+    FittedBody,
     comfortable_situations,
     fitted_positions,
     found_places,
@@ -47,7 +47,7 @@ from workbench.study.workplaces import population_of
 
 __all__ = [
     "AT_HAND",
-    "Crowd",
+    "BenchPopulation",
     "HandsPlaced",
     "Moved",
     "Posed",
@@ -69,7 +69,7 @@ Places = tuple[tuple[Ints, list[Situation]], ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Crowd:
+class BenchPopulation:
     """The people of an open study.
 
     Parameters
@@ -158,11 +158,11 @@ class Settled:
     """
 
     arrangement: Arrangement
-    question: Question
+    question: PopulationQuestion
     rows: Ints
     who: Occupants | None
     comfortable: tuple[Poses, ...]
-    fitted: Fitted
+    fitted: FittedBody
     places: Places
     trail: Trail = field(default_factory=Trail)
 
@@ -172,7 +172,9 @@ class Settled:
         return self.fitted.tried.margin
 
 
-def open_crowd(opened: OpenStudy, say: Callable[[str], None] = lambda text: None) -> Crowd | None:
+def open_crowd(
+    opened: OpenStudy, say: Callable[[str], None] = lambda text: None
+) -> BenchPopulation | None:
     """Make the bodies of an open study's population, or read them from the cache.
 
     Parameters
@@ -204,10 +206,12 @@ def open_crowd(opened: OpenStudy, say: Callable[[str], None] = lambda text: None
     count = len(people)
     first = np.unique(np.linspace(0, count - 1, min(count, AT_HAND)).round().astype(np.int64))
     rest = np.setdiff1d(np.arange(count), first)
-    return Crowd(row, people, bodies, np.concatenate([first, rest]))
+    return BenchPopulation(row, people, bodies, np.concatenate([first, rest]))
 
 
-def crowd_question(opened: OpenStudy, crowd: Crowd, arrangement: Arrangement) -> Question:
+def crowd_question(
+    opened: OpenStudy, crowd: BenchPopulation, arrangement: Arrangement
+) -> PopulationQuestion:
     """What a run of a state asks of everybody, without the sets that only a report shows.
 
     Raises
@@ -226,8 +230,8 @@ def crowd_question(opened: OpenStudy, crowd: Crowd, arrangement: Arrangement) ->
 
 
 def settled(
-    crowd: Crowd,
-    question: Question,
+    crowd: BenchPopulation,
+    question: PopulationQuestion,
     arrangement: Arrangement,
     rows: Ints,
     before: Settled | None = None,
@@ -259,7 +263,9 @@ def settled(
     return found if before is None else replace(found, trail=Trail(reaches=before.trail.reaches))
 
 
-def _before(before: Settled, question: Question, arrangement: Arrangement) -> Before | None:
+def _before(
+    before: Settled, question: PopulationQuestion, arrangement: Arrangement
+) -> Before | None:
     """How people came out in another state, where only the reaches of some controls can differ."""
     old = before.arrangement
     if old.people != arrangement.people or old.zones != arrangement.zones:

@@ -20,9 +20,9 @@ from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import HANDS
-from workbench.study.accommodation.chunks import Question
+from workbench.study.accommodation.checkpoints import PopulationQuestion
 from workbench.study.bench.crowd import (
-    Crowd,
+    BenchPopulation,
     HandsPlaced,
     Moved,
     Posed,
@@ -76,9 +76,9 @@ class Followed:
 
 def followed(
     opened: OpenStudy,
-    crowd: Crowd,
+    crowd: BenchPopulation,
     known: Settled,
-    question: Question,
+    question: PopulationQuestion,
     arrangement: Arrangement,
     *,
     search: bool = True,
@@ -136,7 +136,7 @@ def _adjusted(opened: OpenStudy) -> set[str]:
     return {name for one in opened.study.environment.adjustments for name in one.parts}
 
 
-def _touched(question: Question, known: Settled, moved: Moved) -> list[int]:
+def _touched(question: PopulationQuestion, known: Settled, moved: Moved) -> list[int]:
     """The requirements that a move bears on: reaches and the sight of the controls, what is about the
     parts, what is seen beyond them, and what depends on a hand that holds a control."""
     names = {question.place.environment.parts[k] for k in moved.parts}
@@ -237,9 +237,9 @@ def _controlled(environment: Environment, controls: tuple[Control, ...]) -> Envi
 
 def _seated_anew(
     opened: OpenStudy,
-    crowd: Crowd,
+    crowd: BenchPopulation,
     known: Settled,
-    question: Question,
+    question: PopulationQuestion,
     arrangement: Arrangement,
     *,
     search: bool,
@@ -265,7 +265,7 @@ def _seated_anew(
     return Followed(margin.copy(), ~(posed.waiting | (reaches & np.isnan(margin))))
 
 
-def _ask_those_waiting(posed: Posed, question: Question) -> None:
+def _ask_those_waiting(posed: Posed, question: PopulationQuestion) -> None:
     """Search for the hands of those whose margins wait for that, and ask these."""
     for number, situation in enumerate(posed.situations):
         mine = np.array([one.case == number for one in question.asked])
@@ -282,9 +282,9 @@ def _ask_those_waiting(posed: Posed, question: Question) -> None:
 
 def _posed(
     opened: OpenStudy,
-    crowd: Crowd,
+    crowd: BenchPopulation,
     known: Settled,
-    question: Question,
+    question: PopulationQuestion,
     arrangement: Arrangement,
     *,
     brief: bool,
@@ -333,7 +333,7 @@ def _with_needed_hands(
 
 def _reaches_again(
     situations: Sequence[Situation],
-    question: Question,
+    question: PopulationQuestion,
     columns: Ints,
     memory: ReachMemory,
     before: Floats | None = None,

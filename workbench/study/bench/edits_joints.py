@@ -13,8 +13,8 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import short_words
 from workbench.model.environment import Control
+from workbench.model.joint_angles import compose
 from workbench.model.poses import Poses
-from workbench.model.posing import compose
 from workbench.model.reach import Reach
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.model.units import plain

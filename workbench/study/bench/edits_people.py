@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
-from workbench.body.people.growth import growth_percentile, growth_values
+from workbench.body.people.growth_charts import growth_percentile, growth_values
 from workbench.body.people.percentile import percentile_rank, percentile_values
 from workbench.errors import InputError, one_of
-from workbench.files.body.encumbrances import worn
+from workbench.files.body.encumbrances import load_encumbrances
 from workbench.files.catalogue import names
 from workbench.files.study.sizes import ADULTS, CHILDREN, people_of_size, size_of
 from workbench.model.body import Body
@@ -223,7 +223,7 @@ def dressed(
     new = [name for name in clothes if name not in known]
     if twice := [name for k, name in enumerate(clothes) if name in clothes[:k]]:
         raise InputError(f"{twice[0]!r} cannot be worn twice")
-    found = worn(new, opened.study.roles[row].body, near=opened.folder)
+    found = load_encumbrances(new, opened.study.roles[row].body, near=opened.folder)
     known |= dict(zip(new, found, strict=True))
     items = tuple(known[name] for name in clothes)
     return _embodied(opened, arrangement, row, figure.size, items)
@@ -234,7 +234,7 @@ def wearable(body: Body, folder: Path) -> list[str]:
     found = []
     for name in names("bodies/encumbrance", near=folder):
         try:
-            worn([name], body, near=folder)
+            load_encumbrances([name], body, near=folder)
         except InputError:
             continue  # it fits another kind of body
         found.append(name)

@@ -11,7 +11,7 @@ from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.study import Action, GivenPosture, PredictedPosture, Role
 from workbench.model.units import plain
-from workbench.model.workplace import Aims
+from workbench.model.workplace import PostureGoals
 from workbench.posture.reaching.limbs import FEET, HANDS
 from workbench.study.bench.edits import Edit, held_seat
 from workbench.study.bench.holding import HELD_WITHIN, limbs_off, nearest_control, nearest_name
@@ -116,7 +116,7 @@ def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Pred
     for case, what in predictions.items():
         if _is_so(state.actions[case], what):
             continue
-        aims = Aims(dict(what.controls), what.eyes or None, what.heels or None)
+        aims = PostureGoals(dict(what.controls), what.eyes or None, what.heels or None)
         after = after.doing(case, PredictedPosture(what.like, role.library[what.like], aims))
     if wanted.free:
         after = replace(after, free=True, forward=0.0, up=0.0)

@@ -15,9 +15,9 @@ from workbench.contact.collide import body_clearance, self_clearance
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
+from workbench.model.joint_angles import poses_at
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
-from workbench.model.posing import poses_at
 from workbench.model.result import Verdict
 from workbench.model.surroundings import Move
 from workbench.study.bench.near import (

@@ -54,7 +54,7 @@ from workbench.study.situation import (
 from workbench.study.workplaces import workplace_of
 
 __all__ = [
-    "Field",
+    "FieldOfView",
     "PlacedPerson",
     "Placement",
     "controls_there",
@@ -395,7 +395,7 @@ def sight_verdicts(opened: OpenStudy, arrangement: Arrangement, here: Present) -
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class FieldOfView:
     """What stands before the eyes of somebody who looks in a direction.
 
     Parameters
@@ -424,7 +424,7 @@ def field_of(
     *,
     within: float,
     step: float,
-) -> Field:
+) -> FieldOfView:
     """Turn the eyes and the head of somebody, and measure what hides the field.
 
     The eyes turn first, then the head with what is worn on it, then the trunk with all that it bears,
@@ -462,7 +462,7 @@ def field_of(
     left /= np.linalg.norm(left)
     region = Region("field", np.stack([ahead, left, np.cross(ahead, left)]), within)
     hidden = obscuration(turned.scenery, looks.eyes, within=region, step=step)
-    return Field(turned.placed, turned.scenery, looks, hidden)
+    return FieldOfView(turned.placed, turned.scenery, looks, hidden)
 
 
 def _turned_to(situation: Situation, target: Floats, trunk: float) -> tuple[Situation, Gaze]:

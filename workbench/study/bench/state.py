@@ -14,16 +14,16 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.study.settings import Sitter, adjusts_of
+from workbench.files.study.settings import SeatedRole, adjusts_of
 from workbench.model.accommodation import MapTask
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Seat
+from workbench.model.joint_angles import angles_of
 from workbench.model.person import Encumbrance, Size
 from workbench.model.population import Population
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of
 from workbench.model.study import Action, Case, PeopleDrawn, PredictedPosture, Role, Study
 from workbench.model.surroundings import Move, Surroundings, adjusted, displaced, part_moves
 from workbench.study.situation import Occupants
@@ -373,7 +373,7 @@ def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
     )
 
 
-def _sitters(opened: OpenStudy, arrangement: Arrangement) -> list[Sitter]:
+def _sitters(opened: OpenStudy, arrangement: Arrangement) -> list[SeatedRole]:
     """Who acts on controls from a seat, in the order in which the seats are taken."""
     found = []
     order = sorted(range(len(arrangement.people)), key=lambda row: row == opened.crowd)
@@ -383,7 +383,7 @@ def _sitters(opened: OpenStudy, arrangement: Arrangement) -> list[Sitter]:
         seat = opened.study.roles[row].seat
         if seat is not None and aims:
             driver = any(one.driving is not None for one in aims)
-            found.append(Sitter(person.role, seat, person.free, driver))
+            found.append(SeatedRole(person.role, seat, person.free, driver))
     return found
 
 

@@ -16,9 +16,9 @@ from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, pieces
 from workbench.model.body import Body
 from workbench.model.criterion import NO_REASON, Criterion, Reason
+from workbench.model.joint_angles import poses_at
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
-from workbench.model.posing import poses_at
 from workbench.model.result import Finding
 from workbench.model.workplace import Beside
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins

@@ -25,7 +25,7 @@ from workbench.model.body import Body, Topology
 from workbench.model.contacts import subpart_words
 from workbench.model.criterion import Criterion, Reason
 from workbench.model.environment import Environment
-from workbench.model.motion_case import Meeting
+from workbench.model.motion_case import ContactEvent
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, MotionFound
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_margins
@@ -298,7 +298,7 @@ def no_contact(criterion: Criterion) -> str:
     return "" if criterion.subparts else "no contact"
 
 
-def meeting_finding(found: MotionFound, meeting: Meeting, at_most: float) -> Finding:
+def meeting_finding(found: MotionFound, meeting: ContactEvent, at_most: float) -> Finding:
     """The deepest moment of a contact, against what is allowed and `at_most` [m] more."""
     return Finding(
         case=found.study.case,

@@ -29,7 +29,7 @@ from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import WorkCase, Workplace
 from workbench.posture.balance import balance
 from workbench.posture.kernels.clear_reach import KEPT
-from workbench.posture.kernels.inverse import NEARLY
+from workbench.posture.kernels.inverse_kinematics import NEARLY
 from workbench.posture.reach_bound import reach_bound
 from workbench.posture.reaching.again import KeptReaches, no_reaches, still_reached
 from workbench.posture.reaching.history import Recall

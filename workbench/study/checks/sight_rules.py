@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.files.schema import fail
+from workbench.files.schema import error_at
 from workbench.files.yaml_text import read_yaml
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
@@ -214,7 +214,7 @@ def _placed(study: Study, criterion: Criterion, key: str, words: str) -> str:
     document = read_yaml(study.inputs["study"])
     names = [one.get("name") for one in document.value["criteria"]]
     row = names.index(criterion.name) if criterion.name in names else 0
-    return fail(document, ("criteria", row, key), words)
+    return error_at(document, ("criteria", row, key), words)
 
 
 def source_of(criterion: Criterion, *more: str) -> str:

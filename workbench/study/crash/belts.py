@@ -17,7 +17,7 @@ from workbench.model.environment import Allowance, Environment
 from workbench.model.motion_case import ForceCurve, MotionCase
 from workbench.model.poses import Placed
 from workbench.model.simulation import Belt, BeltPoint, tension_history
-from workbench.model.surroundings import joined
+from workbench.model.surroundings import merge_environments
 
 __all__ = ["belt_line", "belt_tensions", "with_belts"]
 
@@ -39,7 +39,7 @@ def with_belts(
     )
     assert not faults  # only solids have any
     allowed = tuple(Allowance(k, ("all",), belt.allow) for k, belt in enumerate(worn))
-    return joined(environment, replace(ribbons, allowances=allowed, warnings=()))
+    return merge_environments(environment, replace(ribbons, allowances=allowed, warnings=()))
 
 
 def belt_tensions(study: MotionCase) -> tuple[ForceCurve, ...]:

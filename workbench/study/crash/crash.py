@@ -16,9 +16,9 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints, pieces
 from workbench.model.body import Body
 from workbench.model.contacts import Clearance, Episodes
-from workbench.model.motion_case import Agreement, Meeting, MotionCase
+from workbench.model.joint_angles import poses_at
+from workbench.model.motion_case import Agreement, ContactEvent, MotionCase
 from workbench.model.poses import Placed, Poses
-from workbench.model.posing import poses_at
 from workbench.model.result import MotionFound
 from workbench.study.checks.table import motion_verdict
 from workbench.study.crash.belts import belt_tensions
@@ -166,7 +166,7 @@ _STEP = 1e-4
 """Speeds are differences over this share of the time between two frames."""
 
 
-def environment_meetings(study: MotionCase, found: Episodes) -> Iterator[Meeting]:
+def environment_meetings(study: MotionCase, found: Episodes) -> Iterator[ContactEvent]:
     """A meeting for each episode with the environment."""
     for rows in _blocks(len(found)):
         some = found.rows(rows)
@@ -180,7 +180,7 @@ def environment_meetings(study: MotionCase, found: Episodes) -> Iterator[Meeting
             yield _meeting(study, some, k, begun, deep, where, at.speed(begun, where, other=None))
 
 
-def own_meetings(study: MotionCase, found: Episodes) -> Iterator[Meeting]:
+def own_meetings(study: MotionCase, found: Episodes) -> Iterator[ContactEvent]:
     """A meeting for each episode of two segments of the body."""
     for rows in _blocks(len(found)):
         some = found.rows(rows)
@@ -252,13 +252,13 @@ def _meeting(
     deep: Clearance,
     where: tuple[int, int, int],
     speeds: Floats,
-) -> Meeting:
+) -> ContactEvent:
     """The meeting k of some episodes: as it begins and at its deepest, at (pose, segment, other)."""
     began, lasts = some.cut_short
     at = deep if deep.sphere[where] >= 0 else begun
     x, y, z = (float(v) for v in at.point[where])
     polygon, other_sphere = at.met(where)
-    return Meeting(
+    return ContactEvent(
         segment=study.body.segments[where[1]],
         who=at.name(where) if began[k] or begun.sphere[where] < 0 else begun.name(where),
         other=study.environment.parts[where[2]] if some.part[k] >= 0 else at.other_name(where),

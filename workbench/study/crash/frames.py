@@ -18,14 +18,14 @@ from workbench.contact.collide import (
     room,
 )
 from workbench.errors import UsageError
-from workbench.model.arrays import Bools, Floats, Ints, Spool, pieces
+from workbench.model.arrays import Bools, Floats, GrowingArray, Ints, pieces
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion, Limit
 from workbench.model.environment import Environment
 from workbench.model.motion_case import (
+    ContactEvent,
     Excursion,
     ForceCurve,
-    Meeting,
     MotionCase,
     Signal,
     SignalPoint,
@@ -46,8 +46,8 @@ from workbench.motion.signals import (
     carries,
     cfc_filter,
     evenly,
-    held_level,
     hic,
+    sustained_level,
     velocity,
 )
 from workbench.posture.stops import stops
@@ -94,10 +94,10 @@ def frames_of(study: MotionCase) -> Frames:
     motion = study.motion
     environment = study.environment
     groups, allowed = allowed_groups(body, environment)
-    clear = Spool(len(body.segments))
-    paths = [Spool(3) for _ in study.points]
+    clear = GrowingArray(len(body.segments))
+    paths = [GrowingArray(3) for _ in study.points]
     laws = _Laws.of(study, groups)
-    gaps = Spool(len(laws.pairs) + 1)  # a spool of nothing is none
+    gaps = GrowingArray(len(laws.pairs) + 1)  # a spool of nothing is none
     grid = pays(motion)
     farthest: dict[str, Excursion] = {}
     steps = _Steps(body)
@@ -173,7 +173,7 @@ class _Laws:
 def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
     """Spells of each joint past its stop, at the frames, in the order of time."""
     time = motion.clock
-    found_spells: list[list[_Spell]] = [[] for _ in body.joints]
+    found_spells: list[list[_ContactInterval]] = [[] for _ in body.joints]
     for rows in pieces(len(motion)):
         margins = stops(body, motion.rows(rows))
         for j, spells in enumerate(found_spells):
@@ -181,7 +181,7 @@ def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
             edges = np.flatnonzero(past[1:] != past[:-1])
             for first, after in zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True):
                 worst = int(first + np.argmin(margins.margin[first:after, j]))
-                spell = _Spell(
+                spell = _ContactInterval(
                     rows.start + first,
                     rows.start + after,
                     rows.start + worst,
@@ -208,14 +208,14 @@ def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
 
 
 @dataclass
-class _Spell:
+class _ContactInterval:
     first: int
     after: int
     worst: int
     margin: float
     motion: str
 
-    def go_on(self, more: _Spell) -> None:
+    def go_on(self, more: _ContactInterval) -> None:
         """Join the spell that goes on in the next piece."""
         self.after = more.after
         if more.margin < self.margin:
@@ -302,7 +302,7 @@ def force_curves(study: MotionCase, pairs: Ints, gap: Floats) -> tuple[ForceCurv
     return tuple(curves)
 
 
-def with_forces(study: MotionCase, meetings: Iterable[Meeting]) -> list[Meeting]:
+def with_forces(study: MotionCase, meetings: Iterable[ContactEvent]) -> list[ContactEvent]:
     """Meetings with the force at their deepest, where a law gives it."""
     if not study.forces:
         return list(meetings)
@@ -310,7 +310,7 @@ def with_forces(study: MotionCase, meetings: Iterable[Meeting]) -> list[Meeting]
     return [_with_force(study, meeting, offset) for meeting in meetings]
 
 
-def _with_force(study: MotionCase, meeting: Meeting, offset: Floats) -> Meeting:
+def _with_force(study: MotionCase, meeting: ContactEvent, offset: Floats) -> ContactEvent:
     if meeting.own:
         return meeting
     n = study.body.segment(meeting.segment)
@@ -392,7 +392,7 @@ def figure_of(signal: Signal, limit: Limit) -> tuple[float, float, float]:
         found = hic(signal.time, level, window=min(limit.span, LONGEST_HIC))
         return found.value, found.start, found.end
     most = float(signal.time[int(np.argmax(level))])
-    return held_level(signal.time, level, hold=limit.span) / GRAVITY, most, most
+    return sustained_level(signal.time, level, hold=limit.span) / GRAVITY, most, most
 
 
 def _change(signal: Signal) -> tuple[float, float, float]:

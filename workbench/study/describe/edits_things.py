@@ -14,7 +14,7 @@ from workbench.files.environment_parts import matching_parts
 from workbench.files.names import good_name
 from workbench.files.yaml_changes import Key
 from workbench.model.arrays import Floats
-from workbench.study.describe.meshes import Ray, Standing
+from workbench.study.describe.meshes import PlacedMeshes, Ray
 from workbench.study.describe.state import (
     FITTED,
     SECTIONS,
@@ -217,7 +217,7 @@ def _on_part(opened: OpenPlace, before: Description, name: str) -> Edit:
     return Edit(replace(before, says=with_value(before.says, key, part)), f"{name} is on {part}")
 
 
-def _numbers(key: str, stands: Standing) -> list[int]:
+def _numbers(key: str, stands: PlacedMeshes) -> list[int]:
     """The parts that a name or a pattern of a control means, by number."""
     return [stands.names.index(part) for part in matching_parts(key, stands.names)]
 

@@ -25,7 +25,7 @@ from workbench.study.describe.at_controls import SeatFrame, Sitter, left_out, si
 from workbench.study.describe.people import PERSON
 from workbench.study.describe.standing_place import (
     MAY_STEP,
-    Standing,
+    StandingPlace,
     floor_mm,
     standing_places,
 )
@@ -156,7 +156,7 @@ def _plain_name(words: str) -> str:
     return "_".join(re.findall(r"[a-z0-9]+", words.lower())) or "study"
 
 
-def _stand_names(places: Sequence[Standing]) -> dict[str, Standing]:
+def _stand_names(places: Sequence[StandingPlace]) -> dict[str, StandingPlace]:
     """A role for each place where somebody stands."""
     if len(places) == 1:
         return {"person": places[0]}
@@ -171,7 +171,7 @@ def _most_operating(sitters: Mapping[str, Sitter]) -> dict[str, Sitter]:
     return {most: sitters[most]}
 
 
-def _steps(stand: Standing) -> dict[str, Any]:
+def _steps(stand: StandingPlace) -> dict[str, Any]:
     """The area [mm] to step in, {} where there is none."""
     ways = {
         name: [round(1e3 * end) for end in ends] for name, ends in stand.area.items() if any(ends)
@@ -179,7 +179,7 @@ def _steps(stand: Standing) -> dict[str, Any]:
     return {"area": ways} if ways else {}
 
 
-def _guesses(sitters: Mapping[str, Sitter], stands: Mapping[str, Standing]) -> Iterator[str]:
+def _guesses(sitters: Mapping[str, Sitter], stands: Mapping[str, StandingPlace]) -> Iterator[str]:
     """What was guessed, and by what."""
     for role, sitter in sitters.items():
         yield from (f"{role}: {why}" for why in sitter.why)
@@ -272,7 +272,7 @@ def _criteria_lines(rows: Sequence[_Row]) -> Iterator[str]:
 def _asked(
     sitters: Mapping[str, Sitter],
     around_each: Mapping[str, Around],
-    stands: Mapping[str, Standing],
+    stands: Mapping[str, StandingPlace],
     people: int,
 ) -> Iterator[_Row]:
     """What is asked of everybody, and of each by where he is."""

@@ -33,7 +33,7 @@ from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Doubt
 
-__all__ = ["MOST_FACES", "Hit", "Meshes", "Ray", "Standing"]
+__all__ = ["MOST_FACES", "Hit", "Meshes", "PlacedMeshes", "Ray"]
 
 MOST_FACES = 3_000_000
 """Triangles that are described: of more, each answer would take seconds."""
@@ -75,7 +75,7 @@ class Hit:
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class PlacedMeshes:
     """The meshes in the world.
 
     Parameters
@@ -245,7 +245,7 @@ class Meshes:
         self.mesh: Ints = row[self.owner]
         """(T,) the mesh that each face is of."""
         self._vertex_mesh = np.repeat(row, [len(part.vertices) for part in parts])
-        self._stood: dict[tuple[str, ...], Standing] = {}
+        self._stood: dict[tuple[str, ...], PlacedMeshes] = {}
         self._sizes: dict[tuple[str, ...], list[Doubt]] = {}
         self._grown: dict[tuple[int, ...], Ints] = {}
         self._borders: dict[tuple[int, ...], Ints] = {}
@@ -264,7 +264,7 @@ class Meshes:
         """Read the meshes of an environment. InputError as of `read_mesh`."""
         return cls([read_mesh(folder / file) for file in files])
 
-    def standing(self, says: Sequence[MeshFile]) -> Standing:
+    def standing(self, says: Sequence[MeshFile]) -> PlacedMeshes:
         """Return the meshes as an environment has them.
 
         Parameters
@@ -284,7 +284,7 @@ class Meshes:
             self._stood[key] = self._stand(says)
         return self._stood[key]
 
-    def _stand(self, says: Sequence[MeshFile]) -> Standing:
+    def _stand(self, says: Sequence[MeshFile]) -> PlacedMeshes:
         vertices = np.empty_like(self.vertices)
         part = np.full(len(self.faces), -1, dtype=np.int64)
         names: list[str] = []
@@ -298,7 +298,7 @@ class Meshes:
                 raise InputError(f"there is a part {taken[0]!r} in another mesh; take another name")
             part[self.mesh == row] = np.where(found.part >= 0, found.part + len(names), -1)
             names += found.names
-        return Standing(vertices, self.faces, part, tuple(names))
+        return PlacedMeshes(vertices, self.faces, part, tuple(names))
 
     def all_in_world(self, says: Sequence[MeshFile], row: int, points: Floats) -> Floats:
         """(N, 3) [m] where points of a mesh file stand."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.files.names import unique_names
 from workbench.model.arrays import Floats
-from workbench.study.describe.meshes import Standing
+from workbench.study.describe.meshes import PlacedMeshes
 
 __all__ = ["named_pieces", "piece_names"]
 
@@ -41,7 +41,7 @@ LARGE = 0.5
 
 
 def named_pieces(
-    stands: Standing, pieces: Sequence[str], *, lead: str = ""
+    stands: PlacedMeshes, pieces: Sequence[str], *, lead: str = ""
 ) -> dict[str, list[str]]:
     """Return what joins pieces under names that say where they are: by each new name the piece.
 

@@ -27,7 +27,7 @@ from workbench.sight.rays import first_hits
 from workbench.study.describe.people import standing_man, standing_people
 from workbench.study.feet_on_floor import BROAD
 
-__all__ = ["MAY_STEP", "Standing", "floor_mm", "standing_places"]
+__all__ = ["MAY_STEP", "StandingPlace", "floor_mm", "standing_places"]
 
 TOGETHER = 1.4
 """Controls that are all nearer [m] than this to one another are used from one place."""
@@ -72,7 +72,7 @@ ASKEW = 0.4
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class StandingPlace:
     """Somebody who stands.
 
     on: (3,) [m] on the floor; yaw [rad]; controls: within reach of here; clear: whether nothing is
@@ -102,7 +102,7 @@ class _Spots:
         return _Spots(self.on[rows], self.yaw[rows], self.room[rows])
 
 
-def standing_places(environment: Environment) -> list[Standing]:
+def standing_places(environment: Environment) -> list[StandingPlace]:
     """Guess where people stand in an environment, one for each group of controls, of many for the
     first few; one person where there are none.
 
@@ -130,7 +130,7 @@ def _groups(controls: Sequence[Control]) -> list[list[Control]]:
     return groups
 
 
-def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
+def _at(environment: Environment, controls: Sequence[Control]) -> StandingPlace:
     """Where somebody stands at a group of controls."""
     at = np.array([one.at for one in controls])
     bare = min(float(environment.bounds[0, 2]), float(at[:, 2].mean()) - AT_WORK)
@@ -145,7 +145,7 @@ def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
     where = "on the floor below, facing them" if below else f"facing them; {_no_floor(z)}"
     away = float(np.hypot(*(at.mean(axis=0) - spots.on[best])[:2]))
     area, limits = _area(environment, np.array([x, y, z]), yaw) if clear else ({}, {})
-    return Standing(
+    return StandingPlace(
         (x, y, z),
         yaw,
         tuple(controls),
@@ -351,7 +351,7 @@ def _askew(environment: Environment, control: Control, ahead: Floats) -> float:
     return float(1.0 - along.sum() / level.sum())
 
 
-def _anywhere(environment: Environment) -> Standing:
+def _anywhere(environment: Environment) -> StandingPlace:
     """Where somebody stands who has nothing to do: clear, as near to the middle as may be."""
     low, high = environment.bounds
     middle = 0.5 * (low + high)
@@ -371,7 +371,7 @@ def _anywhere(environment: Environment) -> Standing:
         why = "where least is touched: no seat and no control is described, and no place is clear"
     if not len(_floors(environment).corners):
         why = f"{why}; {_no_floor(c)}"
-    return Standing((a, b, c), 0.0, (), bool(len(clear)), why)
+    return StandingPlace((a, b, c), 0.0, (), bool(len(clear)), why)
 
 
 @cache

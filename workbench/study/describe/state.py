@@ -28,7 +28,7 @@ from workbench.files.yaml_changes import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
 from workbench.model.environment import Doubt, Rest, Seat, open_doubts
-from workbench.study.describe.meshes import Hit, Meshes, Standing
+from workbench.study.describe.meshes import Hit, Meshes, PlacedMeshes
 from workbench.study.describe.piece_names import named_pieces
 
 __all__ = [
@@ -332,7 +332,7 @@ def open_sizes(opened: OpenPlace, description: Description) -> list[Doubt]:
     return open_doubts(opened.meshes.size_doubts(file.meshes), file.accepted)
 
 
-def standing_of(opened: OpenPlace, description: Description) -> Standing:
+def standing_of(opened: OpenPlace, description: Description) -> PlacedMeshes:
     """Return the meshes as a description has them in the world."""
     return opened.meshes.standing(description.file.meshes)
 

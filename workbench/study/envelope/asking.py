@@ -11,11 +11,12 @@ from workbench.body.forward import segment_frames
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.joint_angles import angles_of
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of
-from workbench.posture.reaching.chains import (
-    Found,
-    Task,
+from workbench.posture.reaching.limbs import Limb
+from workbench.posture.reaching.reach_solver import (
+    LimbTask,
+    ReachSolution,
     cold,
     goals_of,
     legal,
@@ -23,7 +24,6 @@ from workbench.posture.reaching.chains import (
     rows_of,
     tips_of,
 )
-from workbench.posture.reaching.limbs import Limb
 
 __all__ = [
     "Drawn",
@@ -74,7 +74,7 @@ class Drawn:
         return best, gap
 
 
-def asked(body: Body, poses: Poses, chain: Limb) -> Task:
+def asked(body: Body, poses: Poses, chain: Limb) -> LimbTask:
     """One row for each of the B rows of a body in its own pose (B rows of poses), as yet without a
     goal."""
     return limb_task(
@@ -87,18 +87,18 @@ def asked(body: Body, poses: Poses, chain: Limb) -> Task:
     )
 
 
-def rows_toward(task: Task, who: Ints, points: Floats) -> Task:
+def rows_toward(task: LimbTask, who: Ints, points: Floats) -> LimbTask:
     """The bodies who (P,) of a task of one row a body, reaching for points (P, 3) [m]."""
     return replace(rows_of(task, who), goal=goals_of(points))
 
 
-def comfort_start(task: Task) -> Floats:
+def comfort_start(task: LimbTask) -> Floats:
     """(P, K, 3) the chains' angles as the poses have them, the free ones at their comfort modes."""
     given = Poses(task.held, 0, np.repeat(np.eye(3, 4)[None], len(task), axis=0))
     return cold(task, angles_of(task.body, given)[:, task.joints])
 
 
-def anchors(task: Task) -> tuple[Floats, Floats]:
+def anchors(task: LimbTask) -> tuple[Floats, Floats]:
     """Of a task of one row a body: the points (B, 3) [m] that the first free joint turns about, and
     how far (B,) [m] the tip can be from there at most, all links beyond in one line."""
     link = task.link
@@ -118,7 +118,7 @@ def anchors(task: Task) -> tuple[Floats, Floats]:
     return held, length
 
 
-def drawn(task: Task, count: int) -> Drawn:
+def drawn(task: LimbTask, count: int) -> Drawn:
     """Legal postures spread evenly over the joints' ranges out of `count` tries, of a task of one
     row a body: the same ones each time, and for all."""
     link = task.link
@@ -136,7 +136,7 @@ def drawn(task: Task, count: int) -> Drawn:
     return Drawn(angles, tips.reshape(people, len(angles), 3))
 
 
-def merged(found: Found, other: Found, rows: Ints) -> Found:
+def merged(found: ReachSolution, other: ReachSolution, rows: Ints) -> ReachSolution:
     """Found with the rows (Q,) taken from another (Q) where that came nearer within the stops."""
     less = (other.numbers[:, 0] < found.numbers[rows, 0]) & (other.numbers[:, 1] < LEGAL)
     take = rows[less]
@@ -150,16 +150,16 @@ def merged(found: Found, other: Found, rows: Ints) -> Found:
     held[take] = other.held[less]
     overlap[take] = other.overlap[less]
     part[take] = other.part[less]
-    return Found(angles, numbers, held, overlap, part)
+    return ReachSolution(angles, numbers, held, overlap, part)
 
 
-def held_at(task: Task, angles: Floats) -> Found:
+def held_at(task: LimbTask, angles: Floats) -> ReachSolution:
     """Postures (P, K, 3) as they are, with how far they miss the goals of a task."""
     gap = np.linalg.norm(tips_of(task, angles)[:, :3] - task.goal[:, :3], axis=1)
     numbers = np.zeros((len(task), 8))
     numbers[:, 0] = gap
     held = np.zeros((len(task), 6 + len(task.link.rows)))
-    return Found(angles, numbers, held, np.zeros(len(task)), np.full(len(task), -1))
+    return ReachSolution(angles, numbers, held, np.zeros(len(task)), np.full(len(task), -1))
 
 
 # Rays along which reach is found: a grid about one point, as Kennedy's device had it, and levels

@@ -13,14 +13,21 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
-from workbench.posture.kernels.contacts import DEEPEST, limb_contacts, new_space
-from workbench.posture.kernels.limits import Planes
-from workbench.posture.reaching.chains import PIECE, Found, Task, Walls, rows_of, solved
+from workbench.posture.kernels.inequality_constraints import ContactPlanes
+from workbench.posture.kernels.limb_contacts import DEEPEST, limb_contacts, new_space
 from workbench.posture.reaching.obstacles import obstacles_of
 from workbench.posture.reaching.packing import packed_limbs
-from workbench.threads import in_pieces
+from workbench.posture.reaching.reach_solver import (
+    PIECE,
+    LimbTask,
+    ReachSolution,
+    Walls,
+    rows_of,
+    solve_reaches,
+)
+from workbench.threads import run_in_threads
 
-__all__ = ["CLEAR", "REACHED", "Room", "Touched", "cleared_from", "touched"]
+__all__ = ["CLEAR", "REACHED", "RayObstacles", "Touched", "cleared_from", "touched"]
 
 MOST_PLANES = 40
 CLEAR = 2e-4
@@ -34,7 +41,7 @@ TURNS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
+class RayObstacles:
     """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for
     each body."""
 
@@ -54,13 +61,13 @@ class Touched:
     many: Ints
 
 
-def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
+def touched(task: LimbTask, angles: Floats, room: RayObstacles, near: float) -> Touched:
     """What limbs at angles (P, K, 3) enter, or come nearer to than `near` [m], beyond what is
     allowed."""
     count = len(angles)
     limbs = packed_limbs(task.body, task.limb)
     obstacles = obstacles_of(task.body, room.environment, room.moving, room.shift)
-    planes = Planes(
+    planes = ContactPlanes(
         np.zeros(count * DEEPEST, np.int64),
         np.zeros((count * DEEPEST, 3)),
         np.zeros((count * DEEPEST, 3)),
@@ -89,17 +96,17 @@ def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
             space,
         )
 
-    in_pieces(work, count, PIECE)
+    run_in_threads(work, count, PIECE)
     columns = np.column_stack([planes.link, planes.point, planes.normal, planes.offset])
     return Touched(out[3], columns.reshape(count, DEEPEST, 8), out[2], out[1])
 
 
-def cleared_from(task: Task, start: Floats, room: Room) -> tuple[Found, Bools]:
+def cleared_from(task: LimbTask, start: Floats, room: RayObstacles) -> tuple[ReachSolution, Bools]:
     """The targets of a task tried from postures (P, K, 3) that touch nothing, minding what is near
     to them, and again with what is then touched: what was found, and whether (P,) it arrives and is
     clear."""
     near = touched(task, start, room, AROUND)
-    found = solved(task, start, 0, walls=_walls([near], np.arange(len(task))))
+    found = solve_reaches(task, start, 0, walls=_walls([near], np.arange(len(task))))
     good = np.zeros(len(task), np.bool_)
     rows = np.arange(len(task))
     history = [near]
@@ -116,7 +123,7 @@ def cleared_from(task: Task, start: Floats, room: Room) -> tuple[Found, Bools]:
         history = [_some(touches, on) for touches in (*history, hit)]
         rows = rows[on]
         before = current.rows(on)
-        current = solved(
+        current = solve_reaches(
             rows_of(task, rows), before.angles, 0, walls=_walls(history[::-1], rows), near=before
         )
     return found, good
@@ -128,7 +135,7 @@ def _some(touches: Touched, rows: Ints) -> Touched:
     )
 
 
-def _put(found: Found, other: Found, rows: Ints, fine: Bools) -> Found:
+def _put(found: ReachSolution, other: ReachSolution, rows: Ints, fine: Bools) -> ReachSolution:
     """Found with the rows that are fine taken from another."""
     angles = found.angles.copy()
     numbers = found.numbers.copy()

@@ -18,7 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.posture.reaching.chains import Found, Task, rows_of, solved, tips_of
+from workbench.posture.reaching.reach_solver import (
+    LimbTask,
+    ReachSolution,
+    rows_of,
+    solve_reaches,
+    tips_of,
+)
 from workbench.study.envelope.asking import (
     Drawn,
     Rays,
@@ -28,7 +34,7 @@ from workbench.study.envelope.asking import (
     merged,
     rows_toward,
 )
-from workbench.study.envelope.clearing import CLEAR, REACHED, Room, cleared_from, touched
+from workbench.study.envelope.clearing import CLEAR, REACHED, RayObstacles, cleared_from, touched
 
 __all__ = ["NEAR", "SPACING", "Ends", "Stations", "cleared_stations", "ray_ends", "stations"]
 
@@ -54,7 +60,7 @@ class Ends:
     angles: Floats
 
 
-def ray_ends(task: Task, rays: Rays, postures: Drawn) -> Ends:
+def ray_ends(task: LimbTask, rays: Rays, postures: Drawn) -> Ends:
     """The ends of what the chains of a task of one row a body reach along rays."""
     far, near = _bounds(task, rays)
     rows = np.flatnonzero(far > near)
@@ -83,7 +89,7 @@ def ray_ends(task: Task, rays: Rays, postures: Drawn) -> Ends:
     return Ends(ends.outer, inner, ends.reached, ends.angles)
 
 
-def _bounds(task: Task, rays: Rays) -> tuple[Floats, Floats]:
+def _bounds(task: LimbTask, rays: Rays) -> tuple[Floats, Floats]:
     """The farthest and nearest radius (R,) at which each ray is within the sphere that the chain's
     length draws about its first joint; where it is not, the nearest twice."""
     centre, length = anchors(task)
@@ -99,7 +105,7 @@ def _bounds(task: Task, rays: Rays) -> tuple[Floats, Floats]:
 
 
 def _march(
-    task: Task, postures: Drawn | None, rays: Rays, begin: Floats, end: Floats, start: Floats
+    task: LimbTask, postures: Drawn | None, rays: Rays, begin: Floats, end: Floats, start: Floats
 ) -> tuple[Floats, Bools, Floats]:
     """Where each ray first meets what is reached on its way from `begin` to `end` (R,) [m] (else
     where it came nearest), whether it does, and the posture there; beginning from postures (R, K,
@@ -138,22 +144,26 @@ def _march(
     return np.where(reached, got, best), reached, angles
 
 
-def _nearest(some: Task, postures: Drawn | None, before: Found | Floats) -> Found:
+def _nearest(
+    some: LimbTask, postures: Drawn | None, before: ReachSolution | Floats
+) -> ReachSolution:
     """How near the chains come to their goals: from what was found before, or from a sampled
     posture where one comes nearer than that did; at first from given angles."""
-    if not isinstance(before, Found):
-        return solved(some, before, 0)
-    found = solved(some, before.angles, 0, near=before)
+    if not isinstance(before, ReachSolution):
+        return solve_reaches(some, before, 0)
+    found = solve_reaches(some, before.angles, 0, near=before)
     if postures is None:
         return found
     number, gap = postures.nearest(some.who, some.goal[:, :3])
     again = np.flatnonzero(gap < found.numbers[:, 0])
     if not len(again):
         return found
-    return merged(found, solved(rows_of(some, again), postures.angles[number[again]], 0), again)
+    return merged(
+        found, solve_reaches(rows_of(some, again), postures.angles[number[again]], 0), again
+    )
 
 
-def _step(task: Task, found: Found, way: Floats) -> Floats:
+def _step(task: LimbTask, found: ReachSolution, way: Floats) -> Floats:
     """(P,) [m] how far to go on along the ways (P, 3): by as much as is missed, or near the
     boundary as far as its tangent plane."""
     miss = np.maximum(found.numbers[:, 0], NEAR)
@@ -162,7 +172,7 @@ def _step(task: Task, found: Found, way: Floats) -> Floats:
     return np.where(miss < FLAT, miss / cosine, miss)
 
 
-def _mended(task: Task, rays: Rays, postures: Drawn, ends: Ends) -> Ends:
+def _mended(task: LimbTask, rays: Rays, postures: Drawn, ends: Ends) -> Ends:
     """The outer ends searched again from the postures of rays and samples beside that go
     farther."""
     outer = ends.outer.copy()
@@ -248,7 +258,7 @@ class Stations:
     radius: Floats
     first: Ints
     count: Ints
-    task: Task
+    task: LimbTask
     angles: Floats
     reached: Bools
     discomfort: Floats
@@ -259,7 +269,7 @@ class Stations:
         return len(self.ray)
 
 
-def stations(task: Task, rays: Rays, ends: Ends) -> Stations:
+def stations(task: LimbTask, rays: Rays, ends: Ends) -> Stations:
     """The stations of the rays on which something is reached, between their ends, each in its most
     comfortable posture obstacles aside."""
     span = ends.outer - ends.inner
@@ -271,7 +281,7 @@ def stations(task: Task, rays: Rays, ends: Ends) -> Stations:
     share = place / np.maximum(count[ray] - 1, 1)
     radius = (ends.inner + inside)[ray] + share * (span - 2.0 * inside)[ray]
     some = rows_toward(task, rays.who[ray], rays.rows(ray).at(radius))
-    found = solved(some, comfort_start(some), 0)
+    found = solve_reaches(some, comfort_start(some), 0)
     last = np.flatnonzero((place == count[ray] - 1) & (found.numbers[:, 0] >= REACHED))
     found = merged(found, held_at(rows_of(some, last), ends.angles[ray[last]]), last)
     none = np.zeros(len(ray), np.bool_)
@@ -297,7 +307,7 @@ def stations(task: Task, rays: Rays, ends: Ends) -> Stations:
     return replace(at, angles=found.angles, reached=reached, discomfort=discomfort, clear=reached)
 
 
-def _reached_from_beside(at: Stations, found: Found) -> Found:
+def _reached_from_beside(at: Stations, found: ReachSolution) -> ReachSolution:
     """Stations that were missed, solved again from the postures of those beside that were not."""
     beside = _beside(at)
     tried = np.zeros(beside.shape, np.bool_)
@@ -311,11 +321,11 @@ def _reached_from_beside(at: Stations, found: Found) -> Found:
         lead = can[rows].argmax(axis=1)
         tried[rows, lead] = True
         found = merged(
-            found, solved(rows_of(at.task, rows), found.angles[beside[rows, lead]], 0), rows
+            found, solve_reaches(rows_of(at.task, rows), found.angles[beside[rows, lead]], 0), rows
         )
 
 
-def cleared_stations(at: Stations, room: Room, postures: Drawn) -> Stations:
+def cleared_stations(at: Stations, room: RayObstacles, postures: Drawn) -> Stations:
     """The stations with what obstacles leave of them."""
     first = touched(at.task, at.angles, room, CLEAR)
     clear = at.reached & (first.overlap <= 0)
@@ -351,7 +361,7 @@ def _beside(at: Stations) -> Ints:
 
 
 def _spread(
-    at: Stations, room: Room, clear: Bools, angles: Floats, beside: Ints, failed: Bools
+    at: Stations, room: RayObstacles, clear: Bools, angles: Floats, beside: Ints, failed: Bools
 ) -> None:
     """Try stations from clear ones beside, until nothing is gained; fills clear (S,) and angles (S,
     K, 3).
@@ -379,7 +389,9 @@ def _spread(
         angles[rows[good]] = found.angles[good]
 
 
-def _from_samples(at: Stations, room: Room, clear: Bools, angles: Floats, postures: Drawn) -> bool:
+def _from_samples(
+    at: Stations, room: RayObstacles, clear: Bools, angles: Floats, postures: Drawn
+) -> bool:
     """Try stations from sampled clear postures near by; whether that gained any."""
     some = postures.angles[:SAMPLES]
     gained = False

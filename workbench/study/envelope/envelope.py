@@ -17,8 +17,8 @@ from workbench.model.envelope import GRADES, Envelope, Losses, RayReach, ReachTa
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.study import Study
-from workbench.posture.reaching.chains import Task
 from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.reach_solver import LimbTask
 from workbench.study.envelope.asking import (
     Drawn,
     Rays,
@@ -32,14 +32,14 @@ from workbench.study.envelope.asking import (
     rows_toward,
     solid_angles,
 )
-from workbench.study.envelope.clearing import Room, cleared_from
+from workbench.study.envelope.clearing import RayObstacles, cleared_from
 from workbench.study.envelope.ends import Ends, Stations, cleared_stations, ray_ends, stations
 from workbench.study.situation import Situation
 
 __all__ = [
     "HALVINGS",
     "MOST_DISCOMFORT",
-    "eased",
+    "comfort_limit",
     "envelopes",
     "losses",
     "no_rays",
@@ -160,7 +160,7 @@ def _heights(about: RayReach, origin: Floats) -> Floats:
 
 
 def _ray_reach(
-    task: Task, rays: Rays, postures: Drawn, environment: Environment | None
+    task: LimbTask, rays: Rays, postures: Drawn, environment: Environment | None
 ) -> RayReach:
     if not len(rays):
         return no_rays()
@@ -170,13 +170,13 @@ def _ray_reach(
     lost = Losses(none, np.zeros(0), np.zeros(0), none)
     clear = (ends.outer, ends.inner, ends.reached)
     if environment is not None and len(at):
-        room = Room(
+        room = RayObstacles(
             environment, np.zeros(len(environment.parts), dtype=np.int64), np.zeros((len(task), 3))
         )
         at = cleared_stations(at, room, postures)
         lost = losses(at, room)
         clear = _clear(ends, at, lost)
-    grades = [eased(at, most) for most in MOST_DISCOMFORT]
+    grades = [comfort_limit(at, most) for most in MOST_DISCOMFORT]
     return RayReach(
         rays.origin,
         rays.direction,
@@ -243,7 +243,7 @@ HALVINGS = 4
 """How often the stretch between a clear station and one that is not is halved."""
 
 
-def losses(at: Stations, room: Room) -> Losses:
+def losses(at: Stations, room: RayObstacles) -> Losses:
     """The stretches of the rays that obstacles take, each known up to where the limb was found
     clear."""
     lost = at.reached & ~at.clear
@@ -270,7 +270,7 @@ def losses(at: Stations, room: Room) -> Losses:
     return Losses(ray, begin, end, np.array(part, dtype=np.int64).reshape(-1))
 
 
-def _halved(at: Stations, room: Room, clear: Ints, blocked: Ints) -> Floats:
+def _halved(at: Stations, room: RayObstacles, clear: Ints, blocked: Ints) -> Floats:
     """(P,) [m] how far from clear stations (P,) toward blocked ones the limb comes clear."""
     good = at.radius[clear].copy()
     bad = at.radius[blocked].copy()
@@ -288,7 +288,7 @@ def _halved(at: Stations, room: Room, clear: Ints, blocked: Ints) -> Floats:
     return good
 
 
-def eased(at: Stations, most: float) -> tuple[Floats, Floats]:
+def comfort_limit(at: Stations, most: float) -> tuple[Floats, Floats]:
     """(R,) [m] the outermost and the innermost radius of each ray at which discomfort is no more
     than `most`, between stations in proportion; nan where there is none."""
     outer = np.full(len(at.rays), np.nan)
