@@ -471,9 +471,14 @@ def gain_sentence(gain: DesignChange, count: int) -> str:
 
 def no_gain_words(result: PopulationFound) -> list[str]:
     """What would gain and is not proposed; that no proposal gains anything, where people are left out
-    and no changes were asked for; what was not looked at where a seat goes beyond its travel, or who
-    steps beyond the area."""
+    and no changes were asked for; how well shares with a change are known; what was not looked at where
+    a seat goes beyond its travel, or who steps beyond the area."""
     words = [f"Not proposed: {plain(one)}." for one in result.refused]
+    if any(gain.joint_after < 1 for gain in result.gains):
+        words.append(
+            "With a change made, people are searched for in fewer positions: a run of the changed "
+            "design may find more who fit."
+        )
     seat = result.place.own_seat
     if any("letting the seat go" in one.words for one in result.gains) and not (
         seat and seat.moves
@@ -490,7 +495,7 @@ def no_gain_words(result: PopulationFound) -> list[str]:
         what = f"a control, a part or an end of {end}"
     return [
         *words,
-        f"No {'other ' if words else ''}straight move of {what}, up to 100 mm, nor two of them together, was found that lets "
+        f"No {'other ' if result.refused else ''}straight move of {what}, up to 100 mm, nor two of them together, was found that lets "
         "more people meet all requirements together.",
     ]
 

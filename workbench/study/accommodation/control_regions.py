@@ -49,6 +49,7 @@ from workbench.study.accommodation.checkpoints import (
     joined_chunks,
     result_chunks,
 )
+from workbench.study.accommodation.gains import ARMS
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
 from workbench.study.accommodation.shares import share_single
 from workbench.study.accommodation.worst_cases import found_situations
@@ -74,7 +75,6 @@ TOGETHER = 8
 """People who are one piece of work."""
 FIRST = 4
 """The part of the people, the smallest, who are asked first: one in so many."""
-ARMS = ("LSM", "LUA", "LLA", "LHN", "RSM", "RUA", "RLA", "RHN")
 LEGS = ("LUL", "LLL", "LF", "RUL", "RLL", "RF")
 """Segments of the limbs that reach."""
 STEP = 0.2

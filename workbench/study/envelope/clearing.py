@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.environment import Environment
 from workbench.posture.kernels.inequality_constraints import ContactPlanes
 from workbench.posture.kernels.limb_contacts import DEEPEST, limb_contacts, new_space
-from workbench.posture.reaching.obstacles import obstacles_of
+from workbench.posture.reaching.obstacles import ObstacleScene, obstacles_of
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.posture.reaching.reach_solver import (
     PIECE,
@@ -27,7 +26,7 @@ from workbench.posture.reaching.reach_solver import (
 )
 from workbench.threads import run_in_threads
 
-__all__ = ["CLEAR", "REACHED", "RayObstacles", "Touched", "cleared_from", "touched"]
+__all__ = ["CLEAR", "REACHED", "Touched", "cleared_from", "touched"]
 
 MOST_PLANES = 40
 CLEAR = 2e-4
@@ -41,16 +40,6 @@ TURNS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class RayObstacles:
-    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for
-    each body."""
-
-    environment: Environment
-    moving: Ints
-    shift: Floats
-
-
-@dataclass(frozen=True, eq=False)
 class Touched:
     """Of P postures: overlap (P,) [m] beyond what is allowed; the many (P,) deepest contacts as
     planes (P, Q, 8) with their parts (P, Q), -1 where there are fewer."""
@@ -61,7 +50,7 @@ class Touched:
     many: Ints
 
 
-def touched(task: LimbTask, angles: Floats, room: RayObstacles, near: float) -> Touched:
+def touched(task: LimbTask, angles: Floats, room: ObstacleScene, near: float) -> Touched:
     """What limbs at angles (P, K, 3) enter, or come nearer to than `near` [m], beyond what is
     allowed."""
     count = len(angles)
@@ -101,7 +90,7 @@ def touched(task: LimbTask, angles: Floats, room: RayObstacles, near: float) -> 
     return Touched(out[3], columns.reshape(count, DEEPEST, 8), out[2], out[1])
 
 
-def cleared_from(task: LimbTask, start: Floats, room: RayObstacles) -> tuple[ReachSolution, Bools]:
+def cleared_from(task: LimbTask, start: Floats, room: ObstacleScene) -> tuple[ReachSolution, Bools]:
     """The targets of a task tried from postures (P, K, 3) that touch nothing, minding what is near
     to them, and again with what is then touched: what was found, and whether (P,) it arrives and is
     clear."""

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.posture.reaching.obstacles import ObstacleScene
 from workbench.posture.reaching.reach_solver import (
     LimbTask,
     ReachSolution,
@@ -34,7 +35,7 @@ from workbench.study.envelope.asking import (
     merged,
     rows_toward,
 )
-from workbench.study.envelope.clearing import CLEAR, REACHED, RayObstacles, cleared_from, touched
+from workbench.study.envelope.clearing import CLEAR, REACHED, cleared_from, touched
 
 __all__ = ["NEAR", "SPACING", "Ends", "Stations", "cleared_stations", "ray_ends", "stations"]
 
@@ -325,7 +326,7 @@ def _reached_from_beside(at: Stations, found: ReachSolution) -> ReachSolution:
         )
 
 
-def cleared_stations(at: Stations, room: RayObstacles, postures: Drawn) -> Stations:
+def cleared_stations(at: Stations, room: ObstacleScene, postures: Drawn) -> Stations:
     """The stations with what obstacles leave of them."""
     first = touched(at.task, at.angles, room, CLEAR)
     clear = at.reached & (first.overlap <= 0)
@@ -361,7 +362,7 @@ def _beside(at: Stations) -> Ints:
 
 
 def _spread(
-    at: Stations, room: RayObstacles, clear: Bools, angles: Floats, beside: Ints, failed: Bools
+    at: Stations, room: ObstacleScene, clear: Bools, angles: Floats, beside: Ints, failed: Bools
 ) -> None:
     """Try stations from clear ones beside, until nothing is gained; fills clear (S,) and angles (S,
     K, 3).
@@ -390,7 +391,7 @@ def _spread(
 
 
 def _from_samples(
-    at: Stations, room: RayObstacles, clear: Bools, angles: Floats, postures: Drawn
+    at: Stations, room: ObstacleScene, clear: Bools, angles: Floats, postures: Drawn
 ) -> bool:
     """Try stations from sampled clear postures near by; whether that gained any."""
     some = postures.angles[:SAMPLES]

@@ -18,6 +18,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.study import Study
 from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.obstacles import ObstacleScene
 from workbench.posture.reaching.reach_solver import LimbTask
 from workbench.study.envelope.asking import (
     Drawn,
@@ -32,7 +33,7 @@ from workbench.study.envelope.asking import (
     rows_toward,
     solid_angles,
 )
-from workbench.study.envelope.clearing import RayObstacles, cleared_from
+from workbench.study.envelope.clearing import cleared_from
 from workbench.study.envelope.ends import Ends, Stations, cleared_stations, ray_ends, stations
 from workbench.study.situation import Situation
 
@@ -170,7 +171,7 @@ def _ray_reach(
     lost = Losses(none, np.zeros(0), np.zeros(0), none)
     clear = (ends.outer, ends.inner, ends.reached)
     if environment is not None and len(at):
-        room = RayObstacles(
+        room = ObstacleScene(
             environment, np.zeros(len(environment.parts), dtype=np.int64), np.zeros((len(task), 3))
         )
         at = cleared_stations(at, room, postures)
@@ -243,7 +244,7 @@ HALVINGS = 4
 """How often the stretch between a clear station and one that is not is halved."""
 
 
-def losses(at: Stations, room: RayObstacles) -> Losses:
+def losses(at: Stations, room: ObstacleScene) -> Losses:
     """The stretches of the rays that obstacles take, each known up to where the limb was found
     clear."""
     lost = at.reached & ~at.clear
@@ -270,7 +271,7 @@ def losses(at: Stations, room: RayObstacles) -> Losses:
     return Losses(ray, begin, end, np.array(part, dtype=np.int64).reshape(-1))
 
 
-def _halved(at: Stations, room: RayObstacles, clear: Ints, blocked: Ints) -> Floats:
+def _halved(at: Stations, room: ObstacleScene, clear: Ints, blocked: Ints) -> Floats:
     """(P,) [m] how far from clear stations (P,) toward blocked ones the limb comes clear."""
     good = at.radius[clear].copy()
     bad = at.radius[blocked].copy()
