@@ -557,6 +557,6 @@ def test_from_a_mesh_to_the_share_of_people_by_clicks_alone(browser, mesh, monke
         said = report.locator("main .lead").inner_text().replace("\xa0", " ")
         assert said.startswith("Nobody fits (95 % interval 0 to 56 %, 3 people).")
         assert page.locator("#report-headline").inner_text() == said
-        assert report.evaluate("() => document.querySelectorAll('.turn canvas').length") > 0
+        report.wait_for_selector(".turn canvas", state="attached")
         assert page.faults == []
     assert (mesh.parent / "study.yaml").is_file()

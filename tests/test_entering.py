@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.conftest import box_part, environment_of
@@ -29,6 +29,7 @@ def room(*, seat, floor, sheet=False, turn=0.0):
 
 
 @given(SIZES, st.floats(-0.05, 0.08), st.floats(0.0, 0.2), st.booleans(), st.floats(-3, 3))
+@example(0.25, -0.03125, 0.125, False, 0.0)
 def test_a_box_that_goes_down_enters_a_floor_by_what_it_goes_beyond_it(size, gap, way, sheet, turn):
     """gap: under the box, negative where it stands in the floor already: then all of the way is more."""
     seat = ([0, 0, gap], [size, 0.3, gap + 0.5])

@@ -120,7 +120,8 @@ def entered(
             at = int(np.argmax(depth))
             deeper = depth[at] > (best.depth if best else 0.0)
             if deeper and (way_counts or _stays_in(environment, (part, way.other), start, by)):
-                best = Entered(part, way.other, float(depth[at]), bool(way.height[at] < _TOUCHES))
+                touched = way.height[at] < _TOUCHES or way.known[at] > 0.0
+                best = Entered(part, way.other, float(depth[at]), bool(touched))
     return best
 
 
