@@ -253,3 +253,14 @@ def test_a_few_parts_that_dwarf_all_others_say_nothing_of_unit_and_axes(tmp_path
         load_environment(tmp_path)
     (tmp_path / "environment.yaml").write_text(says.replace("}", ", drop: [LightCone]}"))
     assert len(load_environment(tmp_path).parts) == len(cab)
+
+
+def test_several_files_are_said_to_be_taken_in_one_frame_with_their_places(tmp_path):
+    one = written(tmp_path, "cabin.obj", CAR)
+    two = written(tmp_path, "panel.obj", {"dial": corners((-0.4, -0.1, 0.5), (-0.3, 0.1, 0.7))})
+    (said,) = [words for words in read_bare([one, two]).assumed if "frame" in words]
+    assert said.startswith(
+        "all files in one frame: cabin.obj x 0 to 2000, y -600 to 600, z 0 to 1300 mm; "
+        "panel.obj x -400 to -300, y -100 to 100, z 500 to 700 mm; "
+    )
+    assert not [w for w in read_bare([one, f"{two}@1,0,0"]).assumed if "frame" in w]

@@ -131,7 +131,26 @@ def read_bare(
     title = " and ".join(path.stem for path, _ in placed)
     environment, _ = build_environment(title, named, solid=["auto"] * len(named), notes=notes)
     assumed = dict.fromkeys(words for frame in frames for words in frame.assumed())
+    if not alone and not any(any(move) for _, move in placed):
+        assumed[_one_frame(meshes)] = None
     return BareMesh(environment, raws, frames, tuple(assumed), "; ".join(problems) or None)
+
+
+def _one_frame(meshes: Sequence[PlacedMesh]) -> str:
+    """That files stand where their own coordinates say, from where to where, and what moves one."""
+    places = []
+    for mesh in meshes:
+        points = np.concatenate([part.vertices for part in mesh.parts])
+        ends = np.round(1e3 * np.array([points.min(axis=0), points.max(axis=0)])).astype(int).T
+        ranges = ", ".join(
+            f"{axis} {low} to {high}"
+            for axis, (low, high) in zip("xyz", ends.tolist(), strict=True)
+        )
+        places.append(f"{mesh.file} {ranges} mm")
+    return (
+        f"all files in one frame: {'; '.join(places)}; where one stands elsewhere, {meshes[-1].file}@X,Y,Z "
+        "moves it (move: in an environment)"
+    )
 
 
 def _alike(raw: RawMesh, raws: Sequence[RawMesh]) -> RawMesh:
