@@ -49,7 +49,7 @@ def test_an_address_that_is_none_is_reported():
 
 def test_bodies_are_the_same_bytes_here_in_processes_and_on_a_cluster(toy, monkeypatch):
     monkeypatch.setenv("WORKBENCH_CACHE", "off")
-    monkeypatch.setattr(executors, "cores", lambda: 1)
+    monkeypatch.setattr(executors, "available_cores", lambda: 1)
     some = toy.people.rows(np.arange(4))
     found = [fit_population(toy.body, some)]
     for connect in (lambda: local_executor(2), lambda: dask_executor("local")):

@@ -194,7 +194,7 @@ def test_bodies_are_the_same_bytes_however_many_processes_fit_them(toy, monkeypa
     monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     found = []
     for cores in (1, 2):
-        monkeypatch.setattr(executors, "cores", lambda cores=cores: cores)
+        monkeypatch.setattr(executors, "available_cores", lambda cores=cores: cores)
         found.append(fit_population(study.body, study.people))
     for name, values in found[0].fields.items():
         assert values.tobytes() == found[1].fields[name].tobytes(), name
@@ -396,7 +396,7 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
     ],
 )
 def test_chunks_hold_everybody_once_and_keep_all_cores_at_work(monkeypatch, count, cores, size):
-    monkeypatch.setattr(population_bodies, "cores", lambda: cores)
+    monkeypatch.setattr(population_bodies, "available_cores", lambda: cores)
     bodies = PopulationBodies(None, np.zeros(count, dtype=np.int64), {}, ("",) * count)
     numbers = [list(range(count))[rows] for rows in bodies.chunks]
     assert list(chain.from_iterable(numbers)) == list(range(count))

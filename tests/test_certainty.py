@@ -281,7 +281,7 @@ def test_bounds_depend_neither_on_who_works_nor_on_who_is_asked_together(crowd, 
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 3)
     monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     for cores in (1, 2):
-        monkeypatch.setattr(executors, "cores", lambda cores=cores: cores)
+        monkeypatch.setattr(executors, "available_cores", lambda cores=cores: cores)
         again = chunk_of(crowd)
         assert again.low.tobytes() == known[1.0].low.tobytes()
         assert again.high.tobytes() == known[1.0].high.tobytes()

@@ -118,7 +118,7 @@ def test_a_crash_makes_one_index_of_as_many_groups_as_there_are_allowances(study
         asked.append(groups)
         return made(environment, groups, **options)
 
-    monkeypatch.setattr(batches, "field_of", counted)
+    monkeypatch.setattr(batches, "build_distance_field", counted)
     found = episodes(study.body, study.motion, study.environment)
     frames_of(study)
     list(environment_meetings(study, found))

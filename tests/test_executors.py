@@ -30,7 +30,7 @@ HERE = []
 
 @pytest.fixture(autouse=True)
 def two_cores(monkeypatch):
-    monkeypatch.setattr(executors, "cores", lambda: 2)
+    monkeypatch.setattr(executors, "available_cores", lambda: 2)
 
 
 def alone(number):
@@ -78,7 +78,7 @@ def test_every_job_is_done_once_by_two_others_than_this_process():
 
 def test_one_job_or_one_core_is_worked_on_here(monkeypatch):
     assert [found for _, found in completed(squared, [3], alone)] == [(9, os.getpid())]
-    monkeypatch.setattr(executors, "cores", lambda: 1)
+    monkeypatch.setattr(executors, "available_cores", lambda: 1)
     assert {pid for _, (_, pid) in completed(squared, range(4), alone)} == {os.getpid()}
 
 

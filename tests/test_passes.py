@@ -100,7 +100,7 @@ def half_a_job(seconds):
 
 def test_jobs_of_other_processes_are_counted_in_part_while_they_last(monkeypatch):
     monkeypatch.setattr("workbench.study.executors.BEAT", 0.05)
-    monkeypatch.setattr("workbench.study.executors.cores", lambda: 2)
+    monkeypatch.setattr("workbench.study.executors.available_cores", lambda: 2)
     counts = []
     jobs = completed(half_a_job, [0.4, 0.4], lambda s: (s,), waiting=counts.append)
     assert [result for _, result in jobs] == [0.4, 0.4]

@@ -266,7 +266,7 @@ def test_a_predicted_stander_steps_to_where_it_is_comfortable(desk):
     (steps,) = bent(desk, area="{forward: [0, 300]}").postures
     assert 0.1 < steps.people[0].forward <= 0.3 and steps.people[0].up == 0
     hips = [
-        abs(wb.model.posing.angles_of(p.placed.body, p.poses)[0]).max()
+        abs(wb.model.joint_angles.angles_of(p.placed.body, p.poses)[0]).max()
         for p in (stays.people[0], steps.people[0])
     ]
     assert hips[1] < hips[0]
