@@ -106,8 +106,9 @@ how many of its points lie to each side."""
 BETWEEN = 0.002
 MOST_BETWEEN = 6
 APART_BETWEEN = 0.015
+FARTHEST = 1.0
 """Between the positions of the lattice margins are worked out so far [m] apart, and so many of the
-best places are tried, so far [m] from each other at least."""
+best places are tried, so far [m] from each other at least; margins count up to the last."""
 LAST_STEPS = (0.0025, 0.001, 0.0005)
 """Distances [m] at which the neighbours of the best position of those are tried at last."""
 WITHIN_NEIGHBOURS = 0.01
@@ -961,7 +962,7 @@ def _on_lattice(
         ]
         if abs(axes[0][where[0]] - position[0]) + abs(axes[1][where[1]] - position[1]) < 1e-9:
             margin[tuple(where)] = some
-    return margin
+    return np.clip(margin, -FARTHEST, FARTHEST)  # what is met without end has no weight
 
 
 def _continued(margin: Floats, axis: int) -> Floats:
