@@ -11,23 +11,16 @@ from tests.toy_cockpit import write_toy
 from workbench import load_study
 
 SLOPE = 0.06
-STUDY = """
-study: under_a_slope
-length: mm
-environment: toy
-people:
-  pilot: {body: adult_male, detail: coarse, seat: pilot, population: {people: PEOPLE, seed: 3}}
-cases:
-  - {name: sitting, people: {pilot: {predicted: {like: driving, eyes: eye}}}}
-criteria:
-  - {name: view, check: eye_height, below: 20, above: 20}
-  - {name: head room, check: clearance, segments: [H], parts: [roof], at_least: 435}
-"""
+SWAP = {
+    "  - {name: knobs, check: reach, controls: [knob, near], hand: right}\n": "",
+    "below: 60, above: 60": "below: 20, above: 20",
+    "at_least: 150": "at_least: 435",
+}
 
 
 def who_fits(folder, forward, up) -> np.ndarray:
     """(B,) who fits under a roof that rises to the front, on a seat that travels so far [mm]."""
-    path = write_toy(folder, people=30, study=STUDY)
+    path = write_toy(folder, people=30, swap=SWAP)
     place = folder / "environments" / "toy"
     text = (place / "environment.yaml").read_text()
     travel = f"travel: {{forward: {list(forward)}, up: {list(up)}}}"

@@ -5,6 +5,7 @@ body file.
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -334,6 +335,7 @@ def skeleton_of(
     return Skeleton(found.body, body_path(source), placed.world_from_segment[0], (note,), flesh)
 
 
+@lru_cache(maxsize=4)
 def _mirror_plane(surface: Surface) -> float | None:
     """The y [m] of the plane in which a surface is its own mirror image; None if it is not."""
     side = surface.vertices[:, 1]

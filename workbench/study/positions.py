@@ -781,8 +781,9 @@ def _ask_each(
 
 def _note(search: _Search, people: Ints, positions: Floats, margin: Floats) -> None:
     """Note what people (N,) have to spare in positions (N, 2), as far as it is known (N, R)."""
-    for person, position, some in zip(people.tolist(), positions, margin, strict=True):
-        search.seen.setdefault(person, []).append((position, some))
+    if not search.begun:  # nothing is sought between positions of a changed design
+        for person, position, some in zip(people.tolist(), positions, margin, strict=True):
+            search.seen.setdefault(person, []).append((position, some))
     if search.notes:
         setting = np.broadcast_to(search.setting, (len(people), len(search.setting)))
         rows = np.hstack([setting, positions, margin])
